@@ -1,10 +1,9 @@
 """Drive files (TOML). The reader is strict: anything ambiguous is an error.
 
-A file has ``[drive]`` and exactly one of ``[catalogue]`` (a drive that was bought) and ``[design]``
-(one that is being made). It may also carry ``[columns]`` (a column map for recordings),
-``[recordings]`` (which side was locked, and the motor's torque constant), ``[fit]`` and
-``[[effect]]`` (what a fit found). Keys carry their unit as a suffix; any unit of the right
-dimension will do.
+A file has ``[drive]`` and exactly one of ``[catalogue]`` (a drive from a data sheet) and
+``[design]`` (a drive from a drawing). It may also have ``[columns]`` (a column map for recordings),
+``[recordings]`` (locked side and torque constant of the motor), ``[fit]`` and ``[[effect]]``
+(results of a fit). Keys have their unit as a suffix; any unit of the right dimension is accepted.
 """
 
 from __future__ import annotations
@@ -85,13 +84,13 @@ class Drive:
     Attributes
     ----------
     catalogue, design
-        Exactly one of them is there.
+        Exactly one of them is present.
     columns : dict
         Column map for recordings of this drive.
     protocol : Protocol
         Which side was locked in them.
     fit, effects
-        What a fit found, as the file has it.
+        Results of a fit, as in the file.
     document : dict
         The file itself; `write_drive` writes it back.
     """
@@ -109,7 +108,7 @@ class Drive:
     document: dict[str, Any] = field(default_factory=dict)
 
     def __repr__(self) -> str:
-        """Describe what it is; its document fills screens."""
+        """Summarise the drive."""
         kind = "catalogue" if self.catalogue is not None else "design"
         names = ", ".join(str(table.get("name")) for table in self.effects)
         return (
@@ -133,7 +132,7 @@ def read_drive(file: str | Path) -> Drive:
 
 
 def read_toml(file: str | Path, expected: str) -> dict[str, Any]:
-    """Read a TOML file, a byte order mark and any line ends allowed.
+    """Read a TOML file, with or without byte order mark and with any line ends.
 
     Raises
     ------
@@ -152,7 +151,7 @@ def read_toml(file: str | Path, expected: str) -> dict[str, Any]:
 
 
 def parse_drive(document: dict[str, Any], file: str = "drive") -> Drive:
-    """Understand the tables of a drive file; `file` is for messages."""
+    """Parse the tables of a drive file; `file` is for messages."""
     for section in document:
         if section not in SECTIONS:
             raise InputError(
@@ -372,10 +371,10 @@ FIT_KEYS = (
 
 
 def _fit(file: str, table: Any) -> dict[str, Any]:
-    """Check that values, standard errors and covariance speak of the same parameters.
+    """Check that values, standard errors and covariance have the same parameters.
 
-    Values that were chosen and not estimated have no standard error; the covariance is that of the
-    values that have one, in the order of ``[fit.standard_errors]``.
+    Values that were not estimated have no standard error; the covariance is that of the values with
+    one, in the order of ``[fit.standard_errors]``.
     """
     tables = ("values", "standard_errors", "covariance", "ranges")
     read_keys(file, "fit", table, FIT_KEYS, tables=tables)
@@ -433,7 +432,7 @@ def _ranges(file: str, table: Any) -> None:
 
 
 def _whole(file: str, values: Mapping[str, float]) -> None:
-    """Check that the torsion curve and the operators of a fit are whole, where it has them."""
+    """Check that the torsion curve and the operators of a fit are complete."""
     rows: dict[str, list[float]] = {}
     for pattern in NUMBERED:
         row = rows[pattern] = numbered(values, pattern)
@@ -500,7 +499,7 @@ def row_names(pattern: str, count: int) -> list[str]:
 
 
 def _fitted_effects(table: Any) -> set[str]:
-    """Effects that a fit put into the file, also the user's own: its keys are ``effect.value``."""
+    """Fitted effects in the file, including user effects; their keys are ``effect.value``."""
     values = table.get("values") if isinstance(table, Mapping) else None
     return {key.partition(".")[0] for key in values if "." in key} if values else set()
 
@@ -539,9 +538,9 @@ def _effects(file: str, tables: Any, fitted: set[str]) -> list[dict[str, Any]]:
 def effect_values(
     file: str, place: str, table: Mapping[str, Any], ranges: Sequence[tuple[str, float, float]]
 ) -> list[float]:
-    """Values of an ``[[effect]]`` table, converted to the units of `ranges` and in its order.
+    """Values of an ``[[effect]]`` table in the units and the order of `ranges`.
 
-    `ranges` has the name with unit, least and most of every value of the effect.
+    `ranges` has the name with unit and the bounds of every value of the effect.
 
     Raises
     ------
@@ -570,7 +569,7 @@ def _finite(file: str, place: str, value: Any) -> float:
 
 
 def write_drive(drive: Drive, file: str | Path) -> None:
-    """Write a drive file that reads back as the same numbers, whole or not at all."""
+    """Write a drive file atomically; it reads back as the same numbers."""
     write_whole(file, format_toml(drive.document))
 
 

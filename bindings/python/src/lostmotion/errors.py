@@ -1,4 +1,4 @@
-"""What can go wrong, as exceptions that say where and why."""
+"""Exceptions of the package, which state place and reason."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 
 
 class LostMotionError(Exception):
-    """Base of every exception that this package raises on purpose."""
+    """Base class of the exceptions of this package."""
 
 
 class InputError(LostMotionError):
@@ -19,11 +19,11 @@ class InputError(LostMotionError):
     Parameters
     ----------
     file : str or Path
-        The file (or the argument of the call) that holds the fault.
+        File or argument with the error.
     key : str
         Key of a drive file, column of a recording or option of a command; may be empty.
     found, expected : str
-        What stands there and what should.
+        Actual and expected content.
     """
 
     def __init__(self, file: str | Path, key: str, found: str, expected: str) -> None:
@@ -43,11 +43,11 @@ class LibraryError(LostMotionError):
     status : int
         The `lm_status` of the call.
     sentence : str
-        What the library says about that status.
+        Description of that status by the library.
     key : str
-        The input at fault, as the library names it; may be empty.
+        Name of the refused input in the library; may be empty.
     found, low, high : float
-        Its value and the range that was expected; ``low == high == 0`` where there is none.
+        Its value and the expected range; ``low == high == 0`` if there is none.
     """
 
     def __init__(
@@ -73,7 +73,7 @@ class LibraryError(LostMotionError):
 
 
 class TerminatedError(KeyboardInterrupt):
-    """The system asks the program to end: it ends as by Ctrl-C, with what was done saved.
+    """The system requests termination: handled like Ctrl-C, with the completed work saved.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ class TerminatedError(KeyboardInterrupt):
 
 
 def given_as(function: str, argument: str, value: object, *kinds: type) -> None:
-    """Refuse an argument of another kind, as when two of them changed places.
+    """Refuse an argument of the wrong type, for example if two were exchanged.
 
     Raises
     ------
@@ -104,7 +104,7 @@ FOUND_MAX = 200
 
 
 def one_line(text: str) -> str:
-    """Return `text` on one line that any terminal displays: unprintable characters as escapes."""
+    """Return `text` on one printable line, with unprintable characters as escapes."""
     line = " ".join(text.split())
     if line.isprintable():
         return line
@@ -112,7 +112,7 @@ def one_line(text: str) -> str:
 
 
 def shorten(text: str) -> str:
-    """Return `text`, its middle left out when it is long."""
+    """Return `text`, shortened in the middle if it is long."""
     if len(text) <= FOUND_MAX:
         return text
     return f"{text[: FOUND_MAX // 2]} ... {text[-FOUND_MAX // 4 :]}"

@@ -1,8 +1,8 @@
 """Parameters for the controller: a drive file becomes a C header or a binary blob.
 
-A `Controller` holds what the run-time code must know, in Python's terms. The C library builds its
-own struct from it, in the controller's precision, and checks it; header and blob are written from
-that struct, so what was accepted here is accepted there.
+A `Controller` has the parameters of the run-time code as Python objects. The C library builds its
+struct from them in the controller's precision and checks it; header and blob are written from that
+struct, so that the controller accepts them as well.
 """
 
 from __future__ import annotations
@@ -150,7 +150,7 @@ class Play:
 
 @dataclass(frozen=True)
 class Envelope:
-    """What the operators follow: how much further than the torque it goes, and its knee."""
+    """The envelope that the operators follow: excess over the torque, and knee."""
 
     most_Nm: float = 0.0
     knee_Nm: float = 1.0
@@ -158,7 +158,7 @@ class Envelope:
 
 @dataclass(frozen=True)
 class Limits:
-    """How fast the correction may move (`lm_limits`), in SI units."""
+    """Limits of the correction (`lm_limits`), in SI units."""
 
     period_s: float
     correction_rad: float
@@ -170,7 +170,7 @@ class Limits:
 
 @dataclass(frozen=True)
 class Watch:
-    """When the correction is faded out, and when it rings (`lm_watch`), in SI units."""
+    """Criteria for fading and ringing (`lm_watch`), in SI units."""
 
     window_s: float
     fade_s: float
@@ -185,7 +185,7 @@ Ends = tuple[float, float]
 
 @dataclass(frozen=True)
 class Validity:
-    """Ranges that were fitted (`lm_validity`); both ends 0: not stated."""
+    """Fitted ranges (`lm_validity`); both ends 0: not stated."""
 
     torque_Nm: float = 0.0
     temperature_C: Ends = (0.0, 0.0)
@@ -195,7 +195,7 @@ class Validity:
 
 @dataclass(frozen=True)
 class Controller:
-    """What the run-time code must know of one drive.
+    """Parameters of one drive for the run-time code.
 
     Attributes
     ----------
@@ -208,7 +208,7 @@ class Controller:
     effects : list of (name, values)
         In the order torque, width, angle.
     notes : list of str
-        What was assumed, one sentence each.
+        Assumptions, one sentence each.
     own : mapping
         The user's own effects by name, where some are among `effects`.
     envelope : Envelope
@@ -216,8 +216,8 @@ class Controller:
     valid : Validity
         The ranges that were fitted.
     dead_band_rad : float
-        Of the gap profile, whose one play is half as wide as the gap: motion of the command after a
-        reversal within which the correction changes sides.
+        Dead band of the gap profile: motion of the command after a reversal within which the
+        correction crosses the gap.
     """
 
     torque_limit_Nm: float
@@ -271,15 +271,15 @@ def make_controller(
     knots: int | None = None,
     own: Mapping[str, Effect] | None = None,
 ) -> Controller:
-    """Reduce a drive to what its controller must know.
+    """Make the controller parameters of a drive.
 
     Parameters
     ----------
     drive : Drive
     settings : mapping, optional
-        From `read_settings`; what it leaves open gets defaults in proportion to the drive.
+        From `read_settings`; missing settings get defaults in proportion to the drive.
     profile : {"standard", "full", "gap"}
-        Build of the run-time code that it is for.
+        Build of the run-time code for which the parameters are.
     knots : int, optional
         Knots of the curve; by default as many as the profile holds.
     own : mapping, optional
@@ -288,7 +288,7 @@ def make_controller(
     Raises
     ------
     InputError
-        When the drive needs more than the profile holds, or says something impossible.
+        If the drive needs more than the profile holds, or has impossible values.
     """
     given = dict(settings or {})
     if profile == "gap":
@@ -337,7 +337,7 @@ def _fits(file: str, key: str, count: int, most: int, profile: Profile) -> None:
 def _backbone(
     drive: Drive, limit_Nm: float, most: int, notes: list[str]
 ) -> tuple[FloatArray, FloatArray]:
-    """Knots of the torsion curve up to the torque limit, thinned out where there are too many."""
+    """Knots of the torsion curve up to the torque limit, reduced if there are too many."""
     backbone = fitted_backbone(drive, limit_Nm) or make_backbone(drive, limit_Nm)
     if backbone.torque_Nm.size <= most:
         return backbone.torque_Nm, backbone.angle_rad
@@ -380,7 +380,7 @@ def _fitted_envelope(drive: Drive) -> Envelope:
 
 
 def _fitted_validity(drive: Drive) -> Validity:
-    """Ranges that a fit has seen."""
+    """Ranges of a fit."""
     ranges = (drive.fit or {}).get("ranges", {})
 
     def ends(key: str) -> Ends:
@@ -468,9 +468,10 @@ def _effects(drive: Drive, own: Mapping[str, Effect]) -> list[tuple[str, list[fl
 
 @cache
 def own_effect(bits: Bits, effect: Effect) -> Any:
-    """Make an `lm_effect` of a user's own effect, to be checked but not to be run.
+    """Make an `lm_effect` of a user effect, to be checked but not run.
 
-    It is kept: parameters point at it. One in the controller's precision is taken as it is.
+    It is kept alive because parameters point to it. One in the controller's precision is used
+    unchanged.
     """
     if bits == 32 and effect.controller is not None:
         return effect.controller
@@ -487,13 +488,13 @@ def own_effect(bits: Bits, effect: Effect) -> Any:
 
 
 def known_effects(c: Core, own: Mapping[str, Effect]) -> dict[str, Any]:
-    """Return every `lm_effect` that may be at work by its name."""
+    """Return every available `lm_effect` by its name."""
     mine = {name: own_effect(c.bits, effect) for name, effect in own.items()}
     return {**library_effects(c), **mine}
 
 
 def build_macros(effects: Sequence[tuple[str, Sequence[float]]], own: Mapping[str, Effect]) -> str:
-    """Compiler options without which the run-time code does not hold these effects."""
+    """Compiler options that the run-time code needs for these effects."""
     known = known_effects(core(32), own)
     memory = sum(int(known[name].memory_count) for name, _ in effects)
     return f"-DLM_EFFECTS_MAX={len(effects)} -DLM_EFFECT_MEMORY_MAX={memory}"
@@ -535,7 +536,7 @@ def _defaults(
     torque_Nm: FloatArray,
     angle_rad: FloatArray,
 ) -> tuple[Limits, Watch]:
-    """Limits and watch: what is given, the rest from the drive and its resonance."""
+    """Limits and watch: given settings, others derived from the drive and its resonance."""
     period = given.get("period", 1e-3)
     fastest = 1.0 / (RESPONSE_TICKS * period)
     correction = given.get("correction", correction_rad)
@@ -579,7 +580,7 @@ def build(controller: Controller, c: Core | None = None) -> Any:
     Returns
     -------
     cdata
-        An owned ``lm_parameters *`` with its fingerprint. That of the gap profile can be stored,
+        An owned ``lm_parameters *`` with its fingerprint. That of the gap profile can be stored but
         not run: the library in this package is built with a curve.
 
     Raises
@@ -606,7 +607,7 @@ def build(controller: Controller, c: Core | None = None) -> Any:
 
 
 def _build_gap(controller: Controller, made: Any) -> None:
-    """One play, by hand: its weight is beyond those that have a curve beside them."""
+    """Set one operator directly: its weight exceeds the limit for operators with a curve."""
     (play,) = controller.plays
     made.plays.count = made.plays.outside_count = 1
     made.plays.knee_Nm = controller.envelope.knee_Nm
@@ -665,7 +666,7 @@ def store(made: Any, c: Core | None = None) -> bytes:
 
 
 def refused(error: LibraryError) -> InputError:
-    """Say in the words of the command what the library refused."""
+    """Report a refusal of the library in terms of the command."""
     if error.key == "outside_rad_per_Nm":
         return InputError(
             "friction",
@@ -703,7 +704,7 @@ def rows(texts: Sequence[str], indent: str, width: int = 100) -> str:
 
 
 def needed_conditions(controller: Controller) -> list[str]:
-    """Name the fields of `lm_conditions` that the host has to fill in."""
+    """List the fields of `lm_conditions` that the host must set."""
     if controller.torque_Nm.size == 0:
         return ["output_angle_rad"]
     known = known_effects(core(32), controller.own)
@@ -714,7 +715,7 @@ def needed_conditions(controller: Controller) -> list[str]:
 
 
 def format_header(controller: Controller, name: str, title: str) -> str:
-    """C header with one constant `lm_parameters`, for every profile that is large enough.
+    """C header with one constant `lm_parameters`, for all profiles of sufficient size.
 
     Parameters
     ----------
@@ -722,12 +723,12 @@ def format_header(controller: Controller, name: str, title: str) -> str:
     name : str
         Of the constant.
     title : str
-        What it is for, in the header's first line.
+        Purpose, for the first line of the header.
 
     Raises
     ------
     InputError
-        When the name is not one in C, or the library refuses the parameters.
+        If the name is not a C identifier, or the library refuses the parameters.
     """
     if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name):
         raise InputError("--name", "", f"'{name}'", "a name in C")
@@ -834,7 +835,7 @@ def _plays_text(controller: Controller, gap: bool) -> list[str]:
 
 
 def _curve_text(controller: Controller) -> list[str]:
-    """The three arrays; stores are 17, 33 or 65 long and repeat the last knot behind the others."""
+    """The three arrays; they have 17, 33 or 65 entries and repeat the last knot at the end."""
     c = core(32)
     made = build(controller, c)
     curve = made.curve  # lives in `made`
@@ -854,7 +855,7 @@ def _curve_text(controller: Controller) -> list[str]:
 
 
 def _symbol(controller: Controller, name: str) -> str:
-    """Name in C of an effect at work."""
+    """Name in C of an active effect."""
     own = controller.own.get(name)
     return own.symbol if own is not None and own.symbol else f"lm_effect_{name}"
 
@@ -878,7 +879,7 @@ def _effects_text(controller: Controller) -> list[str]:
 
 
 def export(controller: Controller, file: str | Path, *, name: str, title: str) -> dict[str, Any]:
-    """Write ``.h`` or ``.bin``, whole or not at all, and return the answer of the command.
+    """Write ``.h`` or ``.bin`` atomically, and return the answer of the command.
 
     Raises
     ------
@@ -901,7 +902,7 @@ def export(controller: Controller, file: str | Path, *, name: str, title: str) -
 def describe_export(
     controller: Controller, path: Path, sources: Sequence[str] = ()
 ) -> dict[str, Any]:
-    """Return the answer of the command on what was written."""
+    """Return the answer of the command."""
     limits = controller.limits
     blob = format_blob(controller)
     return {
@@ -924,7 +925,7 @@ def describe_export(
 
 
 def _own_sources(controller: Controller, folder: Path) -> dict[Path, str]:
-    """C files of the user's own effects; one that came from C has its file already.
+    """C files of user effects; effects from C already have a file.
 
     Raises
     ------

@@ -1,7 +1,7 @@
-"""The one door for files: read with every failure told, written whole or not at all.
+"""File access: all errors are reported, files are written atomically.
 
-Commands and workbench ask here whether a file can be read, how large it may be, whether it is an
-input, and whether a place may be written to.
+Commands and workbench use these functions to check that a file is readable, not too large, not an
+input, and that its target is writable.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ LOG = logging.getLogger(__name__)
 
 
 def reason(error: Exception) -> str:
-    """Say in a few words why a file could not be used."""
+    """Return the reason why a file could not be used."""
     if isinstance(error, FileNotFoundError):
         return "no such file"
     if isinstance(error, IsADirectoryError):
@@ -49,12 +49,12 @@ def read_bytes(path: str | Path, expected: str, most: int | None = None) -> byte
     expected : str
         What the file should be, for messages.
     most : int, optional
-        Bytes that it may have; by default any number in a file, `PIPE_BYTES_MAX` in a pipe.
+        Largest size in bytes; by default unlimited for a file, `PIPE_BYTES_MAX` for a pipe.
 
     Raises
     ------
     InputError
-        When there is none, it cannot be read, or it is larger.
+        If it does not exist, cannot be read, or is larger.
     """
     try:
         with open(path, "rb") as stream:
@@ -72,7 +72,7 @@ def read_bytes(path: str | Path, expected: str, most: int | None = None) -> byte
 
 
 def check_place(option: str, path: str | Path) -> None:
-    """Refuse a place that no file can be written to, before any work is done for it.
+    """Refuse a path that cannot be written, before any work.
 
     Raises
     ------
@@ -98,19 +98,19 @@ def check_place(option: str, path: str | Path) -> None:
 
 
 def check_plain(path: str | Path, expected: str) -> None:
-    """Refuse a pipe or a device: who opens one may wait for ever.
+    """Refuse a pipe or a device: opening one may block.
 
     Raises
     ------
     InputError
-        `expected` states what it should be.
+        `expected` describes the required input.
     """
     if is_stream(path):
         raise InputError(path, "", "a pipe or a device", expected)
 
 
 def is_inside(path: str | Path, roots: Iterable[str | Path]) -> bool:
-    """Whether a path lies in one of some folders, links followed."""
+    """Whether a path is inside one of several folders, after resolving links."""
     place = Path(os.path.realpath(path))
     return any(place.is_relative_to(os.path.realpath(root)) for root in roots)
 
@@ -118,7 +118,7 @@ def is_inside(path: str | Path, roots: Iterable[str | Path]) -> bool:
 def is_input(
     path: str | Path, inputs: Iterable[str], suffixes: tuple[str, ...] = ("",)
 ) -> str | None:
-    """Give the input that a path is, by whatever name, or None.
+    """Return the input that a path refers to, by any name, or None.
 
     Parameters
     ----------
@@ -161,7 +161,7 @@ REPLACE_WAIT_S = 0.05
 
 
 def replace(beside: str | Path, place: str | Path) -> None:
-    """Rename a file onto its place, in one step."""
+    """Rename a file to its target atomically."""
     for _ in range(REPLACE_TRIES - 1):
         try:
             os.replace(beside, place)
@@ -174,14 +174,14 @@ def replace(beside: str | Path, place: str | Path) -> None:
 
 
 def write_whole(path: str | Path, content: str | bytes) -> None:
-    """Write a file beside its place and rename it, so that nobody ever sees half of it.
+    """Write a temporary file next to the target and rename it, so that no partial file is visible.
 
-    A link stays a link, and its file is written; pipes and devices are written to as they are.
+    Links are followed; pipes and devices are written directly.
 
     Raises
     ------
     InputError
-        When the folder does not exist or cannot be written to.
+        If the folder does not exist or is not writable.
     """
     path = Path(path)
     # A file name may hold bytes that are no text; they are shown, not lost.

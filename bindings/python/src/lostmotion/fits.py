@@ -1,7 +1,7 @@
 """Fits of holes and shafts: limit deviations of tolerance classes such as H7 and g6, ISO 286.
 
-The letter gives the end of the field that lies next to zero (fundamental deviation, ISO 286-1:2010
-tables 2 to 5), the number the grade, whose field `lm_it_tolerance` knows (table 1). Up to 500 mm.
+The letter gives the end of the field next to zero (fundamental deviation, ISO 286-1:2010 tables 2
+to 5), the number the grade, whose field is given by `lm_it_tolerance` (table 1). Up to 500 mm.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ SMALLEST_STEP_MM = 3
 
 @dataclass(frozen=True)
 class ToleranceClass:
-    """Letter and grade of a hole (capital) or a shaft; grade None where only the letter is said."""
+    """Letter and grade of a hole (capital) or a shaft; grade None if only the letter is stated."""
 
     letter: str
     grade: int | None
@@ -112,7 +112,7 @@ def read_class(text: str) -> ToleranceClass:
     Raises
     ------
     ValueError
-        Says what was expected.
+        States what was expected.
     """
     match = re.fullmatch(r"([A-Z]+|[a-z]+)(\d{1,2})?", text.strip())
     if match is None or match[1].lower() not in LETTERS:
@@ -130,7 +130,7 @@ def read_fit(text: str) -> tuple[ToleranceClass, ToleranceClass]:
     Raises
     ------
     ValueError
-        Says what was expected.
+        States what was expected.
     """
     expected = "the class of the hole and that of the shaft, such as H7/g6"
     hole, slash, shaft = text.partition("/")
@@ -155,7 +155,7 @@ def limit_deviations(one: ToleranceClass, nominal_mm: float) -> tuple[float, flo
     Raises
     ------
     ValueError
-        The standard has no such class, or not at this size; says what was expected.
+        The standard has no such class, or not at this size; states what was expected.
     """
     if one.grade is None:
         raise ValueError("a grade behind the letter")

@@ -38,7 +38,7 @@ def read_points(file: str, table: Mapping[str, Any]) -> Points | None:
     Raises
     ------
     InputError
-        Points and a file at once, no pairs of numbers, or points that make no flank.
+        Both points and a file, no pairs of numbers, or points that do not form a flank.
     """
     if all(key in table for key in KEYS):
         raise InputError(file, PLACE, "points and points_file", "one of them")
@@ -132,7 +132,7 @@ def _checked(file: str, place: str, pairs: list[tuple[float, float]]) -> Points:
 def flank_points(points: Points, bits: Bits = 64) -> Any:
     """Make the `lm_flank_points` of a spline through the points.
 
-    It lives as long as the process: a drive only points at it.
+    It lives as long as the process, because a drive points to it.
     """
     c = core(bits)
     made = c.ffi.new("lm_flank_points *")

@@ -1,6 +1,6 @@
-"""Forms of the baseline model's hysteresis: where friction sits, whether it grows with the load.
+"""Forms of the hysteresis: friction in parallel or in series, constant or growing with the load.
 
-Nothing heavy is imported: the options of the command line read them, too.
+No heavy imports, because the command line options also use them.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The door through which recordings come to a drive file, for commands, pages and Python."""
+"""Consistency check of recordings and drive file, for commands, pages and Python."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from lostmotion.recordings.gate import check_gate
 
 
 def hold_against(campaign: Campaign, drive: Drive) -> Backbone:
-    """Hold recordings against a drive file; return its torsion curve as far as they reach.
+    """Check recordings against a drive file; return its torsion curve up to their torque.
 
     Recordings that differ from the file by a large factor get a finding.
 
     Raises
     ------
     InputError
-        When torque or lost motion are at rest, or when recordings and drive file contradict each
-        other, with what would repair it.
+        If torque or lost motion is constant, or if recordings and drive file contradict each other;
+        with the correction.
     """
     campaign.require_variation()
     check_gate(

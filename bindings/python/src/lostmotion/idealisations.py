@@ -1,4 +1,4 @@
-"""What the verdict on a design rests on, in sentences that are beside it."""
+"""Idealisations on which the verdict on a design rests, in sentences."""
 
 from __future__ import annotations
 

@@ -31,9 +31,9 @@ class Key:
     kind : str
         ``real``, ``integer``, ``switch`` (true or false), ``text`` or ``choice``.
     required : bool
-        Whether the table is wrong without it.
+        Whether the table must have it.
     choices : tuple of str
-        What a choice may be.
+        Permitted values of a choice.
     above, low, high : float
         Range in `unit`: ``value > above``, ``low <= value <= high``.
     """
@@ -49,12 +49,12 @@ class Key:
 
     @property
     def written(self) -> str:
-        """The key with the unit in which it is kept."""
+        """The key with the unit of its stored value."""
         return f"{self.name}_{self.unit}" if self.unit else self.name
 
     @property
     def expected(self) -> str:
-        """What a value must be."""
+        """Description of permitted values."""
         if self.kind == "choice":
             return "one of " + ", ".join(f"'{choice}'" for choice in self.choices)
         if self.kind == "switch":
@@ -66,7 +66,7 @@ class Key:
 
 @dataclass(frozen=True)
 class TableEntry:
-    """What a table says for a key.
+    """Value of a key in a table.
 
     Attributes
     ----------
@@ -88,7 +88,7 @@ SHOWN_MAX = 4
 
 
 def as_in_file(value: Any) -> str:
-    """Show a value as the file would have it."""
+    """Format a value as in the file."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
@@ -115,7 +115,7 @@ def read_keys(
     table
         What TOML gave.
     keys : sequence of Key
-        What the table may hold.
+        Permitted keys of the table.
     tables : sequence of str
         Sub-tables that are read elsewhere.
 
@@ -150,7 +150,7 @@ def read_keys(
 
 
 def key_label(key: Key, keys: Sequence[Key]) -> str:
-    """Name under which `read_keys` returns a key: its own, with the unit where two share it."""
+    """Name under which `read_keys` returns a key, with its unit if two keys share the name."""
     shared = sum(other.name == key.name for other in keys) > 1
     return key.written if shared else key.name
 
@@ -158,7 +158,7 @@ def key_label(key: Key, keys: Sequence[Key]) -> str:
 def _identify(
     file: str, at: str, written: str, by_name: Mapping[str, Sequence[Key]], known: Sequence[str]
 ) -> tuple[Key, units.Unit | None]:
-    """Find the key and the unit that a name stands for."""
+    """Find the key and the unit of a name."""
     if written in by_name:
         keys = by_name[written]
         for key in keys:
@@ -188,7 +188,7 @@ def _identify(
 
 
 def _dimensions(keys: Sequence[Key]) -> str:
-    """Describe what the units of keys of one name may be."""
+    """Describe the permitted units of keys with the same name."""
     return " or ".join(units.dimension_name(_kept(key).dimension) for key in keys)
 
 
@@ -236,7 +236,7 @@ def _kept(key: Key) -> units.Unit:
 
 
 def _range(key: Key, unit: units.Unit | None) -> str:
-    """Say the range of a key in the unit that the file uses."""
+    """Describe the range of a key in the unit of the file."""
 
     def local(bound: float) -> str:
         return f"{unit.from_si(_kept(key).to_si(bound)) if unit else bound:.6g}"

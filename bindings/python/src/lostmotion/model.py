@@ -47,7 +47,7 @@ class Clearances:
 
     @property
     def overlap(self) -> npt.NDArray[np.bool_]:
-        """Whether the tooth reaches into the rigid gear's teeth at all."""
+        """Whether the tooth overlaps the rigid gear's teeth at all."""
         return np.asarray(np.isfinite(self.forward_rad) | np.isfinite(self.backward_rad))
 
 
@@ -100,7 +100,7 @@ class Check:
 
 
 def check_meanings() -> dict[str, str]:
-    """Say what each check looks at, by its name."""
+    """Describe each check, by its name."""
     c = core()
     rows = [
         (c.lib.lm_check_name(i), c.lib.lm_check_meaning(i)) for i in range(c.lib.LM_CHECK_COUNT)
@@ -137,7 +137,7 @@ class DesignModel:
         )
 
     def _call(self, call: Callable[[Any], int]) -> None:
-        """Make a call; what it refuses is the design's fault, but for the caller's arguments."""
+        """Make a call; errors refer to the design, except for arguments of the caller."""
         structs.with_fault(self.design, self.core, call)
 
     @property
@@ -151,7 +151,7 @@ class DesignModel:
         return float(self.drive.rated_torque_Nm)
 
     def defaults(self) -> dict[str, Any]:
-        """Values that the drive file left open, by dotted key."""
+        """Default values of keys that the drive file does not state, by dotted key."""
         return structs.stated_defaults(self.design, self.drive)
 
     def clearances(
@@ -220,7 +220,7 @@ class DesignModel:
         )
 
     def _contributions(self, torque_Nm: Array, phase_rad: float) -> Array:
-        """Contributions at no more torques than the library takes at once."""
+        """Contributions for a number of torques that the library accepts in one call."""
         c = self.core
         torque = np.ascontiguousarray(torque_Nm)
         found = c.ffi.new("lm_contributions[]", max(1, torque.size))
@@ -239,7 +239,7 @@ class DesignModel:
         return c.records(found, torque.size).copy()
 
     def mesh_state(self, phase_rad: float = 0.0) -> dict[str, float]:
-        """Return what holds for all torques: free play, flank angle, radial gap and so on."""
+        """Return values that do not depend on the torque: free play, flank angle, radial gap ..."""
         c = self.core
         torque = c.array([self.rated_torque_Nm])
         found = c.ffi.new("lm_contributions[]", 1)
@@ -259,7 +259,7 @@ class DesignModel:
         Parameters
         ----------
         gap_mm : float, optional
-            Radial gap in place of the mean one of the drive and its tolerances.
+            Radial gap to use instead of the mean of the drive and its tolerances.
         """
         c = self.core
         drive = self.drive
@@ -276,9 +276,9 @@ class DesignModel:
         return float(one[0])
 
     def checks(self) -> list[Check]:
-        """Check everything that a designer needs, each with its margin.
+        """Evaluate all checks with their margins.
 
-        As finely as the certificate of a design does, so that both agree to the last bit.
+        The grid is that of the certificate of a design, so that both agree to the last bit.
         """
         c = self.core
         fine = c.ffi.new("lm_design_workspace *")
@@ -332,7 +332,8 @@ class DesignModel:
     def tolerance_budget(self) -> list[dict[str, Any]]:
         """List the tolerances, each with its share of the chain before a zone is clipped, in %.
 
-        Of the worst case ``|A| tau`` counts, of the probable limits ``(A tau K)^2``.
+        Shares are those of ``|A| tau`` for the worst case and of ``(A tau K)^2`` for the probable
+        limits.
         """
         c, drive = self.core, self.drive
         entries = self.design.tolerances or ()
@@ -377,13 +378,13 @@ def design_model(drive: Drive, bits: Bits = 64) -> DesignModel:
 
 
 def make_backbone(drive: Drive, largest_torque_Nm: float) -> Backbone:
-    """Make the loss-free torsion curve of a drive, for comparison with recordings.
+    """Make the loss-free torsion curve of a drive for comparison with recordings.
 
     Parameters
     ----------
     drive : Drive
     largest_torque_Nm : float
-        How far the recordings reach.
+        Largest torque of the recordings.
     """
     if drive.catalogue is not None:
         torque, angle = drive.catalogue.knots(largest_torque_Nm)
@@ -402,14 +403,14 @@ def fit_values(drive: Drive, pattern: str) -> FloatArray:
 
 
 def fitted_backbone(drive: Drive, reach_Nm: float) -> Backbone | None:
-    """Make the loss-free torsion curve that a fit found; None where the file has none.
+    """Make the loss-free torsion curve of a fit; None if the file has none.
 
     Parameters
     ----------
     drive : Drive
-        Its fit holds knots, and the slope of the stretch that ends at each.
+        Its fit has knots, and the slope of the segment that ends at each.
     reach_Nm : float
-        How far it is wanted.
+        Torque up to which it is needed.
     """
     knots = fit_values(drive, KNOT)
     slopes = fit_values(drive, SLOPE)
@@ -424,5 +425,5 @@ def fitted_backbone(drive: Drive, reach_Nm: float) -> Backbone | None:
 
 
 def reversal_torque(drive: Drive) -> float:
-    """Torque at which makers state lost motion: 4 % of the rated torque."""
+    """Torque at which manufacturers state lost motion: 4 % of the rated torque."""
     return REVERSAL_TORQUE_SHARE * drive.rated_torque_Nm

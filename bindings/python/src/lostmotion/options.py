@@ -1,4 +1,4 @@
-"""How the values of options are read."""
+"""Parsing of option values."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def effects_of(arguments: argparse.Namespace) -> dict[str, Effect]:
 
 
 def own_effects(arguments: argparse.Namespace, bits: Bits = 64) -> dict[str, Effect]:
-    """Return the user's own effects, those in C compiled in a precision."""
+    """Return the user effects; those in C must be compiled in the given precision."""
     found: dict[str, Effect] = {}
     for file in arguments.effects:
         from lostmotion.effects.library import library
@@ -35,7 +35,7 @@ def own_effects(arguments: argparse.Namespace, bits: Bits = 64) -> dict[str, Eff
 
 
 def read_number(option: str, text: str, limit: float) -> float:
-    """Read a number of the command line whose size is at most `limit`."""
+    """Read a number of the command line with magnitude at most `limit`."""
     try:
         value = float(text)
     except ValueError:

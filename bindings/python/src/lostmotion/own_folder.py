@@ -1,7 +1,7 @@
-"""A folder that a command fills: it replaces there only what it wrote itself.
+"""An output folder in which a command replaces only its own files.
 
-A list in the folder states what that is: the SHA-256 of each file, or nothing while a command is at
-work, so that one that was killed can begin again.
+A list in the folder has the SHA-256 of each file, or none while a command is running, so that a
+killed command can start again.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ AT_WORK = "-" * 64
 
 
 def claim(folder: str | Path, names: Iterable[str]) -> None:
-    """Make a folder, and refuse it where a file stands that the command did not write.
+    """Make a folder; refuse one with files that the command did not write.
 
     Parameters
     ----------
     folder : str or Path
     names : iterable of str
-        What is going to be written, relative to the folder.
+        Files to be written, relative to the folder.
 
     Raises
     ------
@@ -51,7 +51,7 @@ def claim(folder: str | Path, names: Iterable[str]) -> None:
 
 
 def release(folder: str | Path) -> None:
-    """Note the sums of what was written, so that later changes of it are seen."""
+    """Record the checksums of the written files, so that later changes are detected."""
     folder = Path(folder)
     known = read_list(folder)
     kept = (name for name in known if (folder / name).is_file())
@@ -59,7 +59,7 @@ def release(folder: str | Path) -> None:
 
 
 def is_own(file: Path, known: str | None) -> bool:
-    """Whether a file is one that the command wrote: no link, and with the sum that is known."""
+    """Whether the command wrote a file: not a link, and with the recorded checksum."""
     if file.is_symlink() or not file.is_file():
         return False
     return known == AT_WORK or known == sum_of(file)
@@ -71,7 +71,7 @@ def sum_of(file: Path) -> str:
 
 
 def read_list(folder: Path) -> dict[str, str]:
-    """Sum of each file by its name; nothing where there is no list."""
+    """Checksum of each file by its name; empty if there is no list."""
     if not (folder / LIST).is_file():
         return {}
     text = read_bytes(folder / LIST, "a list of files").decode(errors="replace")

@@ -1,4 +1,4 @@
-"""Answers of ``predict`` and ``clearances``: what a drive will do before anybody measures it."""
+"""Answers of ``predict`` and ``clearances``."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ LIMITS = ("worst_min", "worst_max", "probable_min", "probable_max")
 
 
 def numbers(values: npt.ArrayLike) -> list[float | None]:
-    """List numbers for JSON: what is not finite becomes null, minus zero becomes zero."""
+    """List numbers for JSON: values that are not finite become null, minus zero becomes zero."""
     return [float(v) + 0.0 if np.isfinite(v) else None for v in np.asarray(values).ravel()]
 
 
 def show_default(value: bool | float | str) -> str:
-    """Write a value that was taken by default, as a drive file would have it."""
+    """Write a default value as in a drive file."""
     if isinstance(value, bool):
         return str(value).lower()
     return f"{value:.6g}" if isinstance(value, float) else str(value)
@@ -38,18 +38,18 @@ class Prediction(dict[str, Any]):
     """Answer of `predict`, with its curves as a data frame and as a figure."""
 
     def curves_arcmin(self) -> dict[str, Any]:
-        """Angles by their names: the whole, its parts, and what a fit found."""
+        """Angles by name: total, contributions, and fitted curve."""
         curves = {"total": self["total_arcmin"], **self.get("parts_arcmin", {})}
         return {**curves, "fitted": self["fitted_arcmin"]} if "fitted_arcmin" in self else curves
 
     def to_dataframe(self) -> Any:
-        """Give a pandas data frame, a row a torque; angles in arc minutes."""
+        """Return a pandas data frame with one row per torque; angles in arc minutes."""
         curves = {f"{name}_arcmin": angle for name, angle in self.curves_arcmin().items()}
         stiffness = {"stiffness_Nm_per_rad": self["stiffness_Nm_per_rad"]}
         return data_frame({"torque_Nm": self["torque_Nm"], **curves, **stiffness})
 
     def plot(self) -> Any:
-        """Draw the torsion curve and its parts; a Plotly figure."""
+        """Plot the torsion curve and its contributions (Plotly figure)."""
         axes = ("torque, N m", "angle, arcmin")
         return figures.curves(self["torque_Nm"], self.curves_arcmin(), self["drive"], axes)
 
@@ -63,12 +63,12 @@ def predict(drive: Drive, torque_Nm: npt.ArrayLike, phase_rad: float = 0.0) -> P
     torque_Nm : array
         Rising.
     phase_rad : float
-        Tooth phase of the wave generator; a bought drive has none.
+        Tooth phase of the wave generator; not used for catalogue drives.
 
     Raises
     ------
     InputError
-        When there is no torque, or one that is not finite.
+        If there is no torque, or one that is not finite.
     """
     given = np.asarray(torque_Nm, dtype=np.float64).ravel()
     if given.size == 0:
@@ -89,7 +89,7 @@ def predict(drive: Drive, torque_Nm: npt.ArrayLike, phase_rad: float = 0.0) -> P
 
 
 def add_fitted(answer: dict[str, Any], drive: Drive, torque_Nm: npt.ArrayLike) -> None:
-    """Add what a fit found beside what the sheet or the drawing says."""
+    """Add the results of a fit to those of the data sheet or drawing."""
     fitted = fitted_backbone(drive, float(np.max(np.abs(torque_Nm))))
     if fitted is None:
         return

@@ -1,13 +1,13 @@
-"""The controller's own code over a recorded log: the float32 build of the library, tick by tick.
+"""Run the controller's code over a recorded log: the float32 library, tick by tick.
 
-Each row of the log is one tick, also a row in which a number is missing: the compensator receives
-that it is not a number, and does what it does on the target. What the controller would have been
-stated is rounded to its precision, and every operation after that is the library's, so the numbers
-are those of the target bit for bit.
+Each row of the log is one tick, including rows with missing numbers: the compensator receives NaN
+and acts as on the target. The inputs of the controller are rounded to its precision, and all
+further operations are those of the library, so the results are bit-identical to those of the
+target.
 
-Ticks that the log has not recorded are not made up: the compensator is stepped once across a gap,
-with the gap's length as `elapsed_s`. They are counted, since a controller that ran on meanwhile has
-another friction memory.
+Missing ticks are not invented: the compensator is stepped once across a gap, with the gap's length
+as `elapsed_s`. They are counted, because a controller that continued to run has a different
+friction state.
 """
 
 from __future__ import annotations
@@ -83,17 +83,17 @@ PERIOD_SLACK = 0.02
 
 @dataclass
 class Tape:
-    """What the controller did in one run.
+    """Results of the controller in one run.
 
     Attributes
     ----------
     told : dict
-        What the compensator received, from `conditions`.
+        Inputs of the compensator, from `conditions`.
     values : ndarray
-        A row a tick, columns as `OUTPUTS`, float32.
+        One row per tick, columns as `OUTPUTS`, float32.
     status : ndarray of uint32
     start_bound_rad, end_bound_rad : float
-        By how much the lost motion may be wrong because the history before the run is unknown.
+        Bound on the error of the lost motion from the unknown history before the run.
     """
 
     run: Run
@@ -104,7 +104,7 @@ class Tape:
     end_bound_rad: float
 
     def words(self) -> bytes:
-        """All bits that came out: per tick the four numbers and the status, little-endian."""
+        """All output bits: the four numbers and the status of each tick, little-endian."""
         words = np.empty((self.status.size, len(OUTPUTS) + 1), dtype="<u4")
         words[:, :-1] = self.values.astype("<f4").view("<u4")
         words[:, -1] = self.status
@@ -113,7 +113,7 @@ class Tape:
 
 @dataclass
 class Replay:
-    """What the controller did over a campaign."""
+    """Results of the controller over a campaign."""
 
     parameters: Any
     tapes: list[Tape]
@@ -159,7 +159,7 @@ class Replay:
         }
 
     def table(self) -> str:
-        """Every tick as CSV, digits enough to give the same float32 again."""
+        """Every tick as CSV, with enough digits to restore the same float32."""
         out = io.StringIO()
         writer = csv.writer(out, lineterminator="\n")
         writer.writerow(
@@ -186,8 +186,8 @@ class Replay:
 def errors_of(tape: Tape) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Error of the output without and with the correction, and of the model.
 
-    Over the ticks whose lost motion was measured. The zero of a recorded lost motion is arbitrary:
-    it is taken where the model fits best.
+    Over the ticks with measured lost motion. The zero of a recorded lost motion is arbitrary: the
+    one that fits the model best is used.
     """
     measured = tape.run.lost_motion_rad
     values = tape.values if tape.run.log is None else tape.values[tape.run.log.kept]
@@ -215,21 +215,21 @@ def read_parameters(
         From `read_settings`.
     profile : str
     own : mapping, optional
-        The user's own effects by name; those at work must be compiled as the controller's.
+        User effects by name; active ones must be compiled for the controller.
 
     Returns
     -------
     parameters : cdata
         An owned, checked ``lm_parameters *`` in float32.
     ratio : float or None
-        Of the drive; a blob does not hold it.
+        Ratio of the drive; a blob does not contain it.
     columns : dict
         Column map of the drive file.
 
     Raises
     ------
     InputError
-        When the file is neither, or its parameters are refused.
+        If the file is neither, or its parameters are refused.
     """
     path = Path(file)
     if path.suffix != ".bin":
@@ -330,9 +330,9 @@ def _run(c: Core, parameters: Any, run: Run) -> Tape:
 
 
 def recorded(run: Run) -> dict[str, FloatArray]:
-    """Return every row of a log, its angles with the turns that reading has put back.
+    """Return every row of a log, with the turns restored by the reader.
 
-    Nothing else that reading mended is mended here: the controller received what the log holds.
+    No other repair is applied, because the controller received the raw log.
     """
     if run.log is None:
         return run.columns
@@ -354,12 +354,12 @@ def recorded(run: Run) -> dict[str, FloatArray]:
 
 
 def conditions(run: Run) -> dict[str, npt.NDArray[np.float32]]:
-    """Return what the controller receives in each tick, by the name of the field in C.
+    """Return the inputs of the controller in each tick, by the field name in C.
 
-    Velocities and accelerations are backward differences, the input angle is wrapped to one turn,
-    as a controller has them. What was before the log is not known: the drive is taken to have moved
-    on as in its first step, and the time before its first row counts, as every time that is not
-    told, as one period of the parameters.
+    Velocities and accelerations are backward differences and the input angle is wrapped to one
+    turn, as on a controller. The motion before the log is unknown: it is assumed equal to that of
+    the first step. The time before the first row, and every unknown time, counts as one period of
+    the parameters.
     """
     columns = recorded(run)
     found = {
@@ -390,18 +390,18 @@ def conditions(run: Run) -> dict[str, npt.NDArray[np.float32]]:
 
 @dataclass(frozen=True)
 class MissingTicks:
-    """What the clock of a run lacks.
+    """Missing ticks of the clock of a run.
 
     Attributes
     ----------
     ticks, gaps : int
-        How many ticks were not recorded, in how many places.
+        Number of missing ticks, and of gaps.
     longest_s : float or None
-        The longest step of the clock, where there is a gap.
+        Longest step of the clock, if there is a gap.
     at_s : float or None
         The time before it.
     standing : int
-        Ticks whose time is not after the one before.
+        Ticks whose time does not advance.
     """
 
     ticks: int = 0
@@ -412,14 +412,14 @@ class MissingTicks:
 
 
 def usual_step(runs: Sequence[Run]) -> float | None:
-    """Median step of the clocks of runs; None where no clock continues."""
+    """Median step of the clocks of runs; None if no clock advances."""
     steps = np.concatenate([np.diff(recorded(run)["time"]) for run in runs])
     steps = steps[steps > 0]
     return float(np.median(steps)) if steps.size else None
 
 
 def missing_ticks(runs: Sequence[Run]) -> list[MissingTicks]:
-    """Count, for each run, the ticks that a clock with the usual step would have had."""
+    """Count the missing ticks of each run relative to a clock with the usual step."""
     usual = usual_step(runs)
     found = []
     for run in runs:
@@ -446,7 +446,7 @@ def missing_ticks(runs: Sequence[Run]) -> list[MissingTicks]:
 
 
 def missing_numbers(run: Run) -> dict[str, int]:
-    """Count the ticks of a run in which a quantity that the controller receives is no number."""
+    """Count the ticks of a run in which an input of the controller is not a number."""
     columns = recorded(run)
     told = {**COLUMNS, "input_angle": "input_angle_rad", "time": "time_s"}
     counts = {
@@ -468,7 +468,7 @@ Of other conditions the compensator decides in the same way.
 
 
 def notes_on(runs: Sequence[Run], period_s: float) -> list[str]:
-    """Describe where a log is not what the controller's clock and sensors would have given."""
+    """Describe where a log differs from the clock and sensors of the controller."""
     notes = []
     usual = usual_step(runs)
     if usual is not None and abs(usual - period_s) > PERIOD_SLACK * period_s:

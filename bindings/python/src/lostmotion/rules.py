@@ -1,7 +1,7 @@
-"""The thresholds that can change a verdict: what each means, and where it comes from.
+"""The thresholds that can change a verdict, with meaning and source.
 
-Derived: it follows from something else. Conventional: it is what the field uses. Chosen: on what is
-reported. Every other room takes them from here by name, so that one can be varied everywhere at
+Derived: it follows from other quantities. Conventional: it is usual in the field. Chosen: with the
+stated basis. All other modules import them by name, so that a threshold can be varied everywhere at
 once.
 """
 

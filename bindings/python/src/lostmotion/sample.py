@@ -1,15 +1,14 @@
-"""Recordings larger than memory: a sample of every run, drawn in passes of bounded memory.
+"""Recordings larger than memory: a sample of every run, in passes of bounded memory.
 
-Everything that is fitted and tested here is limited by what differs between runs long before it is
-limited by the number of rows, so a sample of the rows of every run carries the answer. From each
-run every k-th row is taken, k so that all runs together stay within a number of rows, and beside
-them the rows where the torque turns round, because friction depends on those. Samples are kept as
-they were read: means of neighbours would have another noise than the recordings.
+Fits and tests are limited by the differences between runs, not by the number of rows, so a sample
+of the rows of every run is sufficient. Every k-th row of each run is used, with k such that all
+runs together stay within a number of rows, and in addition the rows at torque reversals, on which
+friction depends. Samples are not averaged, because means of neighbours would have different noise.
 
 Two passes go over the files in pieces (a row group of a Parquet file, or a whole CSV file): the
-first counts the rows of every run, the second takes the sample. Whole turns that an encoder lost
-are put back, and rows without numbers are counted, over all rows. The pieces do not depend on each
-other, so they may be read by threads, by Dask on this machine, or by a Dask cluster.
+first counts the rows of every run, the second takes the sample. Turns lost by encoders are
+restored, and rows without numbers counted, over all rows. The pieces are independent, so they may
+be read by threads, by Dask on this machine, or by a Dask cluster.
 """
 
 from __future__ import annotations
@@ -78,7 +77,7 @@ TURN = 2 * np.pi
 
 @dataclass(frozen=True)
 class Piece:
-    """A part of a file that is read at a time; a row group, or None for a whole file."""
+    """A part of a file that is read at once: a row group, or None for a whole file."""
 
     file: str
     group: int | None
@@ -99,13 +98,13 @@ class Part:
         Rows without a number, by quantity.
     first, last, turns : dict
         Of every angle: the first and last reading, and the whole turns restored within the piece;
-        of the clock the readings alone.
+        of the clock only the readings.
     wraps : dict
         Number of wraps found.
     duplicates, backward : int
-        Steps of the clock that are none, or go back.
+        Steps of the clock that are zero or negative.
     findings : list of Finding
-        What was found while the piece was read.
+        Findings of reading the piece.
     """
 
     label: Label
@@ -124,7 +123,7 @@ class Part:
 
 @dataclass(frozen=True)
 class Task:
-    """A piece to take a sample of: how many rows of each run came before it, and every which."""
+    """A piece to sample: number of previous rows of each run, and stride."""
 
     piece: Piece
     mapping: Mapping[str, str]
@@ -150,7 +149,7 @@ def pieces_of(files: Sequence[Path]) -> list[Piece]:
 
 
 def recorded_rows(files: Sequence[Path]) -> int:
-    """Rows of the Parquet files among some, from what stands at their ends."""
+    """Number of rows of the Parquet files, from their footers."""
     parquet = [file for file in files if is_parquet(file)]
     return sum(open_parquet(file).metadata.num_rows for file in parquet)
 
@@ -191,7 +190,7 @@ def batches(
 
 
 def first_stamp(table: ParquetTable, chosen: Mapping[str, tuple[str, ColumnName]]) -> int | None:
-    """First stamp of a clock of integers that counts from an epoch: where its batches begin."""
+    """First stamp of an integer clock that counts from an epoch, common to its batches."""
     if "time" not in chosen or chosen["time"][1].fraction is not None:
         return None
     index = chosen["time"][1].index
@@ -251,7 +250,7 @@ def sample_piece(task: Task) -> list[Part]:
 def kept_rows(
     torque: FloatArray, before: int, stride: int, turn_Nm: float
 ) -> npt.NDArray[np.bool_]:
-    """Mark every so many rows of a run, and those where the torque turns round."""
+    """Mark every n-th row of a run, and the torque reversals."""
     keep = (np.arange(before, before + torque.size) % stride) == 0
     if stride == 1 or turn_Nm <= 0:
         return np.asarray(keep)
@@ -271,7 +270,7 @@ def kept_rows(
 
 
 def unwrap_on(part: Part, name: str, angle: FloatArray) -> FloatArray:
-    """Put back the turns that an encoder lost, going on from the batch before."""
+    """Restore the turns that an encoder lost, continuing from the previous batch."""
     good = np.flatnonzero(np.isfinite(angle))
     if good.size == 0:
         return angle
@@ -288,7 +287,7 @@ def unwrap_on(part: Part, name: str, angle: FloatArray) -> FloatArray:
 
 
 def follow_clock(part: Part, time_s: FloatArray) -> None:
-    """Count the steps of the clock that are none or go back, going on from the batch before."""
+    """Count zero and negative steps of the clock, continuing from the previous batch."""
     good = time_s[np.isfinite(time_s)]
     if good.size == 0:
         return
@@ -298,15 +297,15 @@ def follow_clock(part: Part, time_s: FloatArray) -> None:
 
 
 def count_steps(part: Part, step: FloatArray) -> None:
-    """Add steps of a clock to what a part has counted."""
+    """Add steps of a clock to the counts of a part."""
     part.duplicates += int(np.count_nonzero(step == 0))
     part.backward += int(np.count_nonzero(step < 0))
 
 
 def strides_for(rows: Sequence[int], budget: int) -> list[int]:
-    """Every how many rows to take of each run, so that all together stay within the budget.
+    """Stride of each run such that all runs together stay within the budget.
 
-    Short runs are taken whole; the long ones share the rest equally.
+    Short runs are used completely; long ones share the rest equally.
     """
     left, share = float(budget), float(budget) / max(len(rows), 1)
     for number, count in enumerate(sorted(rows)):
@@ -334,7 +333,7 @@ def sample_campaign(
     paths, ratio, mapping, protocol
         As for `lostmotion.recordings.read_campaign`.
     rows : int
-        Rows of the sample, about.
+        Approximate number of rows of the sample.
     dask : str, optional
         Address of a Dask scheduler, or ``local`` for Dask on this machine; by default threads. The
         workers of a cluster must see the files under the same names.
@@ -397,7 +396,7 @@ def sample_campaign(
 
 
 def note_ignored(file: Path, mapping: Mapping[str, str], protocol: Protocol) -> list[Finding]:
-    """Note the columns of a file that are not used, and what its protocol puts into the others."""
+    """Report the unused columns of a file, and quantities from its protocol."""
     found: list[Finding] = []
     note_columns(open_table(file, mapping), mapping, protocol, found)
     return found
@@ -406,7 +405,7 @@ def note_ignored(file: Path, mapping: Mapping[str, str], protocol: Protocol) -> 
 def join_parts(
     file: str, label: Label, parts: Sequence[Part], ratio: float | None, findings: list[Finding]
 ) -> Run | None:
-    """Join what the pieces hold of a run."""
+    """Join the parts of a run."""
     columns = {
         name: [np.concatenate(part.columns[name]) for part in parts] for name in parts[0].columns
     }
@@ -456,16 +455,16 @@ def join_parts(
 
 
 def single_angle(columns: Collection[str]) -> list[str]:
-    """Name the angle that no other encoder checks: its turns are put back over all rows.
+    """Return the angle without a second encoder: its turns are restored over all rows.
 
-    Two encoders check each other, and in the sample as well as in all rows.
+    Two encoders check each other, in the sample as well as in all rows.
     """
     angles = [name for name in ("input_angle", "output_angle") if name in columns]
     return angles if len(angles) == 1 else []
 
 
 def thin_campaign(campaign: Campaign, rows: int = ROWS) -> Campaign:
-    """Take the sample of a campaign that is in memory; itself where it has few enough rows."""
+    """Sample a campaign in memory; returned unchanged if it has few enough rows."""
     if campaign.rows <= rows:
         return campaign
     largest = campaign.largest_torque_Nm
@@ -509,7 +508,7 @@ def read_or_sample(
     rows: int = ROWS,
     progress: Callable[[int, int], None] | None = None,
 ) -> Campaign:
-    """Read recordings whole, or a sample of them where they have more rows than can be worked on.
+    """Read recordings completely, or a sample of them if they have too many rows.
 
     Parquet files state how many rows they hold before they are read.
     """

@@ -1,4 +1,4 @@
-"""What each dimension of a design does to its figures, and which changes mend a broken check."""
+"""Sensitivity of a design to each dimension, and changes that repair failed checks."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def with_value(drive: Drive, key: str, value: float) -> Drive:
 
 
 def stated(drive: Drive, key: str) -> float | None:
-    """Return the plain number that the file has for a key; None where it has none."""
+    """Return the number in the file for a key; None if it has none."""
     table, name = key.split(".")
     found = drive.document.get("design", {}).get(table, {})
     value = found.get(name) if isinstance(found, Mapping) else None
@@ -123,7 +123,7 @@ def sensitivities(drive: Drive, reversal_Nm: float) -> list[Sensitivity]:
 
 @dataclass(frozen=True)
 class Hint:
-    """A change of one dimension, and the checks that are not kept after it."""
+    """A change of one dimension, and the checks that still fail after it."""
 
     key: str
     unit: str
@@ -133,10 +133,11 @@ class Hint:
 
 
 def hints(drive: Drive) -> list[Hint]:
-    """Describe which changes of one dimension mend the checks that are not kept.
+    """List changes of one dimension that repair failed checks.
 
-    Each was tried. Those after which every check is kept stand first, then those that leave the
-    fewest, the smallest change of a dimension first; a change that mends nothing is none.
+    Each change was evaluated. Changes after which all checks pass come first, then those with the
+    fewest failed checks, each ordered by the size of the change; changes without improvement are
+    not listed.
     """
     now = margins(drive)
     missed = {name: margin for name, margin in (now or {}).items() if margin < 0}
@@ -164,7 +165,7 @@ def hints(drive: Drive) -> list[Hint]:
 
 
 def margins(drive: Drive, key: str | None = None, value: float = 0.0) -> dict[str, float] | None:
-    """Margins of all checks but advice, with one dimension replaced; None where none can be had."""
+    """Margins of all checks but recommendations for a changed dimension; None if refused."""
     try:
         there = drive if key is None else with_value(drive, key, value)
         checks = design_model(there).checks()
@@ -174,7 +175,7 @@ def margins(drive: Drive, key: str | None = None, value: float = 0.0) -> dict[st
 
 
 def hint_sentence(hint: Hint) -> str:
-    """Say a hint."""
+    """Write a hint as a sentence."""
     unit = f" {hint.unit}" if hint.unit else ""
     state = f"{', '.join(hint.broken)} still broken" if hint.broken else "every check is kept"
     return f"with {hint.key} = {hint.to:.4g}{unit} (now {hint.value:.4g}{unit}) {state}"

@@ -1,4 +1,4 @@
-"""What ships with the package: inputs of the demo, the C headers, the controller's sources."""
+"""Files in the package: inputs of the demo, the C headers, the controller's sources."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def find_inputs() -> Path:
     Raises
     ------
     InputError
-        When the package was installed without it.
+        If the package was installed without it.
     """
     for place in lostmotion.__path__:
         if (Path(place) / INPUTS).is_dir():

@@ -1,4 +1,4 @@
-"""Several drives, or one drive with a dimension swept, side by side: a row of figures each."""
+"""Several drives, or one drive with a varied dimension, side by side: one row each."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class SideBySide(dict[str, Any]):
         return [*swept, *HEAD, *FIGURES, "checks_not_kept", "refused"]
 
     def to_dataframe(self) -> Any:
-        """Give a pandas data frame, a row a drive."""
+        """Return a pandas data frame with one row per drive."""
         return data_frame({n: [row[n] for row in self["rows"]] for n in self.columns()})
 
     def csv(self) -> str:
@@ -57,7 +57,7 @@ class SideBySide(dict[str, Any]):
         return stream.getvalue()
 
     def plot(self) -> Any:
-        """Draw lost motion over the dimension that was swept, or over stiffness; Plotly."""
+        """Plot lost motion over the varied dimension, or over stiffness (Plotly figure)."""
         across = self["swept"] or DRAWN[1]
         rows = [row for row in self["rows"] if None not in (row[across], row[DRAWN[0]])]
         x, y = ([float(row[name]) for row in rows] for name in (across, DRAWN[0]))
@@ -65,7 +65,7 @@ class SideBySide(dict[str, Any]):
 
 
 def tabulate(drives: Iterable[Drive]) -> SideBySide:
-    """Give the figures of several drives, a row each.
+    """Return the figures of several drives, one row each.
 
     Raises
     ------
@@ -77,7 +77,7 @@ def tabulate(drives: Iterable[Drive]) -> SideBySide:
 
 
 def sweep(drive: Drive, key: str, values: Sequence[float]) -> SideBySide:
-    """Give the figures of a drive for several values of one key.
+    """Return the figures of a drive for several values of one key.
 
     Parameters
     ----------
@@ -88,7 +88,8 @@ def sweep(drive: Drive, key: str, values: Sequence[float]) -> SideBySide:
     Raises
     ------
     InputError
-        When the library refuses all of them; where it takes some, the others say why not.
+        If the library refuses all of them; if it accepts some, the rows of the others state the
+        reason.
     """
     rows: list[dict[str, Any]] = []
     errors: list[LostMotionError] = []
@@ -155,7 +156,7 @@ def read_sweep(text: str) -> tuple[str, list[float]]:
     Raises
     ------
     InputError
-        When it is none.
+        If it is invalid.
     """
     key, equals, numbers = text.partition("=")
     parts = numbers.split(":")

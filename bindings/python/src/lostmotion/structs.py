@@ -1,4 +1,4 @@
-"""A design's values as the struct `lm_drive` that the C library starts from."""
+"""Convert a design to the struct `lm_drive`, the input of the C library."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ ZONES = _names(core().lib.lm_zone_name)
 
 @dataclass(frozen=True)
 class DesignKey(Key):
-    """A key of a table under [design], as the library lists it.
+    """A key of a table under [design], as listed by the library.
 
     Attributes
     ----------
@@ -53,9 +53,9 @@ class DesignKey(Key):
     meaning : str
         One sentence without a full stop.
     range : str
-        What the library takes, in words.
+        Permitted values, in words.
     default : float or None
-        In `unit`, where a file that leaves the key out gets a fixed one.
+        In `unit`, if a file without the key gets a fixed value.
     """
 
     section: str = ""
@@ -224,14 +224,14 @@ class Entry:
 
 @dataclass(frozen=True)
 class Design:
-    """What a designer says of a drive, in the units of `lm_drive`.
+    """Design data of a drive, in the units of `lm_drive`.
 
     Attributes
     ----------
     values : dict
-        From the path in `lm_drive` (``teeth.module_mm``) to what the file says.
+        Values of the file by path in `lm_drive` (``teeth.module_mm``).
     radial_chain, torsion_chain, tolerances : sequence of Entry or None
-        None where the file says nothing.
+        None if the file has none.
     points : tuple of pairs or None
         Of a flank of points.
     """
@@ -252,7 +252,7 @@ def field_path(section: str, key: Key) -> str:
 
 
 def make_drive(design: Design, bits: Bits = 64) -> Any:
-    """Fill an `lm_drive` from a design: what is given, and defaults in proportion to size.
+    """Fill an `lm_drive` from a design: given values, and defaults in proportion to size.
 
     Returns
     -------
@@ -284,7 +284,7 @@ def make_drive(design: Design, bits: Bits = 64) -> Any:
 
 
 def _given(design: Design, c: Core, paths: Iterable[str]) -> Any:
-    """Make an `lm_drive` that holds what the file says at `paths`, and zeros."""
+    """Make an `lm_drive` with the values of the file at `paths`, and zeros."""
     drive = c.ffi.new("lm_drive *")
     drive.ratio = design.ratio
     drive.rated_torque_Nm = design.rated_torque_Nm
@@ -305,10 +305,10 @@ def _set_all(drive: Any, design: Design, paths: Iterable[str]) -> None:
 
 
 def stated_defaults(design: Design, drive: Any) -> dict[str, Any]:
-    """List every value that the file left open, by its dotted key, as it was filled in.
+    """List the default values of keys that the file does not state, by dotted key.
 
-    What the drive does not have is left out: the contact of a cam, the cam of discs, the arcs of
-    an involute.
+    Keys that do not apply are left out: the contact of a cam, the cam of discs, the arcs of an
+    involute.
     """
     defaults: dict[str, Any] = {}
     generator = design.values["generator.type"].value
@@ -351,7 +351,7 @@ WITH_CAM_OFFSET = ("ellipse",)
 
 
 def unused_keys(design: Mapping[str, Any]) -> set[str]:
-    """Dotted keys, without units, of a [design] that say nothing of its generator."""
+    """Dotted keys, without units, of a [design] that do not apply to its wave generator."""
     kind = design["generator"]["type"]
     return {
         *(() if kind in WITH_CONTACT_ARC else ("generator.contact_half_angle",)),
@@ -360,7 +360,7 @@ def unused_keys(design: Mapping[str, Any]) -> set[str]:
 
 
 def without_effect(design: Design, drive: Any) -> list[str]:
-    """Say which values of the generator in the file have no effect, each in one sentence."""
+    """List the wave generator keys of the file that have no effect, one sentence each."""
     kind = design.values["generator.type"].value
     generator = drive.generator
     stated = {path for path, entry in design.values.items() if entry.value}
@@ -390,7 +390,7 @@ S_KEYS = ("kappa", "X_M", "s_M")
 
 
 def _unused_flank_keys(drive: Any) -> dict[str, bool]:
-    """Tell which keys of the flanks say nothing of a drive."""
+    """List the flank keys that do not apply to a drive."""
     involute = drive.teeth.flexspline_flank == core().lib.LM_FLANK_INVOLUTE
     generated = drive.teeth.rigid_flank == core().lib.LM_FLANK_CONJUGATE
     arcs = drive.teeth.flexspline_flank == core().lib.LM_FLANK_DOUBLE_ARC
@@ -409,14 +409,14 @@ def _unused_flank_keys(drive: Any) -> dict[str, bool]:
 
 
 def with_fault(design: Design, c: Core, call: Callable[[Any], int]) -> None:
-    """Make a call that may refuse a value of the design, and name the key that holds it.
+    """Make a call that may refuse a value of the design, and report its key.
 
     Raises
     ------
     InputError
         When the library refuses a value of the design.
     LibraryError
-        When it refuses something else, or cannot finish.
+        If it refuses something else, or cannot finish.
     """
     fault = c.fault()
     try:
@@ -488,7 +488,7 @@ def _unfit_generator(design: Design, error: LibraryError) -> tuple[str, str]:
 
 
 def _no_tip(design: Design, error: LibraryError) -> tuple[str, str]:
-    """A tip that lies below the base circle, or above the point of its tooth."""
+    """A tip below the base circle, or above the pointed end of its tooth."""
     found = f"{design.values[error.key].value:.6g}"
     if error.low > 0:
         return (
@@ -607,7 +607,7 @@ def _range(error: LibraryError, scale: float) -> str:
 
 
 def _scale(path: str, value: TableEntry) -> float:
-    """Units of the file in one unit of the library."""
+    """Units of the file per unit of the library."""
     _, unit = units.split_unit(path)
     if unit is None or not value.unit:
         return 1.0
@@ -649,7 +649,7 @@ def _fill(
     entries: Sequence[Entry],
     build: Callable[[Design, Core, Any, Entry, Any, Any], int],
 ) -> None:
-    """Build the members of a chain, each by the function for its kind."""
+    """Build the members of a chain by the functions of their kinds."""
     array = getattr(drive, {"radial_law": "radial_laws", "tolerance": "tolerances"}.get(name, name))
     capacity = len(array)
     if len(entries) > capacity:
@@ -806,8 +806,8 @@ def _tolerance_link(
 def _deviations(design: Design, c: Core, entry: Entry, fault: Any) -> tuple[float, float]:
     """Lower and upper deviation in mm: as given, or from an ISO 286 grade.
 
-    A grade alone is a basic hole (H), a basic shaft (h) or, for a link, plus and minus half of it;
-    a fundamental deviation shifts the end that lies next to zero. A tolerance class states both.
+    A grade alone means a basic hole (H), a basic shaft (h) or, for a link, plus and minus half of
+    it; a fundamental deviation shifts the end next to zero. A tolerance class states both.
     """
     if "tolerance_class" in entry.values:
         return _class_deviations(design, entry)
@@ -854,12 +854,12 @@ def _class_deviations(design: Design, entry: Entry) -> tuple[float, float]:
 
 
 def class_of(file: str, entry: Entry, stated: TableEntry) -> ToleranceClass:
-    """Tolerance class of a hole or a shaft, its grade from it_grade where the letter stands alone.
+    """Tolerance class of a hole or a shaft; a letter alone takes its grade from it_grade.
 
     Raises
     ------
     InputError
-        For a class that is none, that is of the other kind, or that has two grades.
+        For an invalid class, one of the other kind, or one with two grades.
     """
     try:
         one = read_class(stated.value)

@@ -1,4 +1,4 @@
-"""How commands answer and end: tables, JSON, a progress bar, and signals taken in order."""
+"""Output of commands: tables, JSON, a progress bar, and handling of signals."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from lostmotion.files import write_whole
 def deliver(
     answer: dict[str, Any], arguments: argparse.Namespace, show: Callable[[TextIO], None]
 ) -> None:
-    """Print the answer for people, or write it as JSON, or both when the JSON goes to a file."""
+    """Print the answer as text, or write it as JSON, or both if the JSON goes to a file."""
     to = arguments.json
     if to == "-":
         print(json.dumps(answer, indent=1, allow_nan=False))
@@ -35,7 +35,7 @@ def deliver(
 
 @contextlib.contextmanager
 def ending_in_order() -> Iterator[None]:
-    """Turn SIGTERM and SIGHUP into `TerminatedError`; one that is ignored (nohup) stays so."""
+    """Convert SIGTERM and SIGHUP to `TerminatedError`; an ignored signal (nohup) stays ignored."""
     names = [name for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
     numbers = [getattr(signal, name) for name in names]
     if threading.current_thread() is not threading.main_thread():
@@ -89,12 +89,12 @@ def show_table(head: Sequence[str], rows: Sequence[Sequence[str]], out: TextIO) 
 
 
 def fixed(value: float | None, digits: int = 3) -> str:
-    """Format a number, or a dash for none; nothing has no sign."""
+    """Format a number, or a dash for none; zero has no sign."""
     return "-" if value is None else f"{round(value, digits) + 0.0:.{digits}f}"
 
 
 def show_findings(findings: Sequence[str], out: TextIO) -> None:
-    """Print what was found in the data, before the numbers that it bears on."""
+    """Print findings about the data before the results."""
     if not findings:
         return
     print("about the data:", file=out)

@@ -1,4 +1,4 @@
-"""Threads: one for the linear algebra, whose matrices are small; many for pieces of work apart."""
+"""Threads: one for linear algebra with small matrices, several for independent work."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ WORKERS_MAX = 8
 
 @contextlib.contextmanager
 def one_thread() -> Iterator[None]:
-    """Hold the linear algebra to one thread."""
+    """Limit linear algebra to one thread."""
     with threadpool_limits(1):
         yield
 
 
 def in_parallel(work: Callable[[Item], Answer], items: Sequence[Item]) -> list[Answer]:
-    """Do the same with each item, several at a time; answers in the order of the items."""
+    """Apply a function to each item in parallel; results in the order of the items."""
     workers = min(cores(), len(items), WORKERS_MAX)
     if workers < 2:
         return [work(item) for item in items]
@@ -33,7 +33,7 @@ def in_parallel(work: Callable[[Item], Answer], items: Sequence[Item]) -> list[A
 
 
 def cores() -> int:
-    """Cores that this process may use."""
+    """Number of cores available to this process."""
     try:
         return len(os.sched_getaffinity(0))
     except AttributeError:  # not on every system

@@ -1,7 +1,8 @@
-"""Tooth grades of ISO 1328-1:2013: run-out, and the infeed of the tool behind the tooth thickness.
+"""Tooth grades of ISO 1328-1:2013: run-out, and tool infeed for the tooth thickness.
 
 The standard's formulas hold from modules of 0.5 mm; below, as for most strain-wave gears, they are
-extrapolated. It tolerances no thickness: that follows from run-out and infeed, ISO/TR 10064-2.
+extrapolated. It has no tolerance of the thickness, which follows from run-out and infeed, ISO/TR
+10064-2.
 """
 
 from __future__ import annotations
@@ -33,7 +34,8 @@ def rounded(value_um: float) -> float:
 def infeed_um(diameter_mm: float, grade: int) -> float:
     """Tolerance b_r of the radial infeed.
 
-    With the run-out it gives that of the thickness, ``T_s = 2 tan(alpha) sqrt(F_r^2 + b_r^2)``.
+    With the run-out it gives the tolerance of the thickness, ``T_s = 2 tan(alpha) sqrt(F_r^2 +
+    b_r^2)``.
     """
     factor, it_grade = INFEED[grade]
     return factor * field_um(diameter_mm, it_grade)

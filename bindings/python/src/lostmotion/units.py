@@ -1,9 +1,8 @@
 """Units as suffixes of names: ``torque_Nm``, ``module_mm``, ``K1_Nm_per_rad``.
 
 A suffix is a product of unit symbols, with ``per`` for division and a trailing digit for a power:
-``Nm_per_rad``, ``N_per_mm2``, ``kg_m2``. Dimensions are counted, not listed, so any unit of the
-right dimension is understood wherever one is expected. A unit is never guessed: a name without a
-suffix has none.
+``Nm_per_rad``, ``N_per_mm2``, ``kg_m2``. Dimensions are computed, not listed, so any unit of the
+right dimension is accepted. A unit is never guessed: a name without a suffix has no unit.
 """
 
 from __future__ import annotations
@@ -155,9 +154,8 @@ def dimension_name(dimension: Dimension) -> str:
 def parse_unit(symbol: str) -> Unit | None:
     """Read a unit suffix such as ``mNm`` or ``N_per_mm2``; None when it is not one.
 
-    A temperature counts from its own zero when it stands alone and as a difference in a compound
-    unit (``um_per_C``). No quantity is an angle times a time: ``rad_s``, as fields in C are named,
-    is ``rad_per_s``.
+    A temperature alone is absolute, in a compound unit it is a difference (``um_per_C``). No
+    quantity is an angle times a time: ``rad_s``, used for fields in C, means ``rad_per_s``.
     """
     if symbol in ATOMS:
         return ATOMS[symbol]
@@ -238,8 +236,8 @@ MULTIPLIED = re.compile(r"[\s.*·•×⋅∙‧_-]+")
 def read_unit(text: str, dimension: Dimension) -> Unit | None:
     """Read a unit as logs write it: ``N.m``, ``in-lb``, ``°C``, ``Seconds``; None where it is none.
 
-    Capitals count first. Where they name no unit of the dimension they do not count, if all letters
-    are of one case or only the first is large: ``NM`` is a torque, ``MNm`` is refused.
+    Case matters first. If the text is no unit of the dimension, case is ignored if all letters have
+    the same case or only the first is a capital: ``NM`` is a torque, ``MNm`` is refused.
 
     Examples
     --------
@@ -267,13 +265,13 @@ def read_unit(text: str, dimension: Dimension) -> Unit | None:
 
 
 def is_unit(text: str) -> bool:
-    """Whether a text is a unit of any dimension, however logs write it."""
+    """Whether a text is a unit of any dimension in any notation of logs."""
     joined = MULTIPLIED.sub("", text.strip()).lower()
     return parse_unit(text.strip()) is not None or joined in SPELLINGS or joined in FOLDED
 
 
 def split_unit(name: str) -> tuple[str, Unit | None]:
-    """Split a name into what it names and its unit; the longest suffix that is a unit wins.
+    """Split a name into quantity and unit; the longest suffix that is a unit is used.
 
     Examples
     --------
@@ -296,7 +294,7 @@ def unit(symbol: str) -> Unit:
     Raises
     ------
     KeyError
-        When the symbol is no unit.
+        If the symbol is not a unit.
     """
     found = parse_unit(symbol)
     if found is None:
@@ -310,9 +308,9 @@ def convert(value: Number, source: str, target: str) -> Number:
     Raises
     ------
     KeyError
-        When a symbol is no unit.
+        If a symbol is not a unit.
     ValueError
-        When the dimensions differ.
+        If the dimensions differ.
     """
     a, b = unit(source), unit(target)
     if a == b:
@@ -325,7 +323,7 @@ def convert(value: Number, source: str, target: str) -> Number:
 
 
 def plain_number(value: float, digits: int = 3) -> str:
-    """Write a number with so many significant digits, without a power of ten up to 1e15."""
+    """Write a number with a number of significant digits, without a power of ten up to 1e15."""
     rounded = float(f"{value:.{digits}g}")
     return f"{rounded:.15g}"
 

@@ -1,1 +1,1 @@
-"""Tooth profiles and the quantities of a gear drawing, out of the computer."""
+"""Tooth profiles and the data table of a gear drawing."""

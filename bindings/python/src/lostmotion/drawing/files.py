@@ -33,7 +33,7 @@ def curves_of(model: DesignModel) -> dict[str, Array]:
 def write_drawing(
     model: DesignModel, name: str, folder: Path, command: str, csv_only: bool = False
 ) -> list[Path]:
-    """Write all files of a drawing to a folder that is made for them.
+    """Write all files of a drawing to a new folder.
 
     Returns
     -------
@@ -101,7 +101,7 @@ def deviation_table(model: DesignModel) -> PageTable:
 
 
 def dxf_of(curves: Mapping[str, Array]) -> str:
-    """A DXF of closed polylines in mm, a layer each.
+    """A DXF of closed polylines in mm, one layer each.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Quantities that a gear drawing carries: diameters, span and pin measure, tolerances."""
+"""Quantities of a gear drawing: diameters, span and pin measure, tolerances."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ PIN_STEP_MM = 0.01
 
 @dataclass(frozen=True)
 class Row:
-    """One line of a drawing table; the number stands as a drawing has it."""
+    """One line of a drawing table."""
 
     key: str
     meaning: str
@@ -41,7 +41,7 @@ def angle_of_involute(value: float) -> float:
 
 @dataclass(frozen=True)
 class PinMeasure:
-    """Over two pins of an external gear, between two of an internal one; even tooth numbers."""
+    """Measure over (external) or between (internal gear) two pins; even tooth numbers."""
 
     diameter_mm: float
     measure_mm: float
@@ -87,7 +87,7 @@ def base_half_angle(model: DesignModel, profile: GearProfile) -> float:
 
 
 def span_measure(model: DesignModel, profile: GearProfile) -> tuple[int, float] | None:
-    """Base tangent length over k teeth of an external gear; None where no k touches the flanks."""
+    """Base tangent length over k teeth of an external gear; None if no k touches the flanks."""
     if profile.internal:
         return None
     best: tuple[float, int, float] | None = None
@@ -107,7 +107,7 @@ def span_measure(model: DesignModel, profile: GearProfile) -> tuple[int, float] 
 
 
 def drawing_table(model: DesignModel) -> list[Row]:
-    """Rows of the table, flexspline undeformed beside rigid gear; NaN where a gear has none."""
+    """Rows of the table: undeformed flexspline and rigid gear; NaN if a gear has no value."""
     drive = model.drive
     teeth = drive.teeth
     gears = gear_profiles(model)

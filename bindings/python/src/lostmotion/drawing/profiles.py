@@ -1,6 +1,6 @@
 """Profiles of both gears with root fillets, of the wave generator and of the rim, in mm.
 
-Each gear stands undeformed on its own axis, a tooth (external) or a space (internal) upward.
+Each gear is undeformed, on its own axis, with a tooth (external) or a space (internal) upward.
 """
 
 from __future__ import annotations
@@ -125,7 +125,8 @@ def _fillet(
 ) -> tuple[float, float, Array]:
     """Find the arc that touches root circle and flank: radius, radius of the form circle, centre.
 
-    As large as the tip of the basic rack, or as the room to the opposite flank and to the tip.
+    Its radius is that of the basic rack's tip, or less if the space to the opposite flank or the
+    tip is smaller.
     """
     root, tip = ends
     side, half_pitch = space
@@ -182,8 +183,8 @@ def rim_contours(model: DesignModel) -> dict[str, Array]:
     -------
     dict of ndarray, shape (n, 2)
         ``neutral_line``; ``generator_seat``, the face of the rim that the wave generator presses;
-        ``cam``, under the balls and races of the bearing (cam and ellipse alone, and only where
-        that leaves a curve without a cusp).
+        ``cam``, under the balls and races of the bearing (only cam and ellipse, and only if the
+        curve has no cusp).
     """
     mesh = make_mesh(model)
     drive, lib = model.drive, model.core.lib

@@ -31,7 +31,7 @@ DERIVED = {
 
 
 def missing_columns(effect: Effect, conditions: Conditions) -> list[str]:
-    """Columns that the effect needs and the recordings lack, by the name they are recorded by."""
+    """Columns that the effect needs and the recordings lack, by their names in files."""
     lacking = effect.needs - conditions.known()
     if not conditions.campaign.timed and lacking & BY_THE_CLOCK:
         return ["time_s"]
@@ -50,7 +50,7 @@ def closed_by_columns(
 
 
 def constant_columns(effect: Effect, conditions: Conditions) -> list[str]:
-    """Conditions that the effect needs and that never change, as a reader calls them."""
+    """Conditions that the effect needs and that are constant, in words."""
     flat = []
     for need in sorted(effect.needs - {"elapsed_s"}):
         column = conditions.columns[need]
@@ -60,5 +60,5 @@ def constant_columns(effect: Effect, conditions: Conditions) -> list[str]:
 
 
 def varies(conditions: Conditions, column: str | None) -> bool:
-    """Whether a column was recorded, and moves."""
+    """Whether a column was recorded and varies."""
     return column in conditions.columns and float(np.ptp(conditions.columns[column])) > 0

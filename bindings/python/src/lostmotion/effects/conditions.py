@@ -1,4 +1,4 @@
-"""The conditions of every sample of a campaign, as the effects' functions want them."""
+"""The conditions of every sample of a campaign, in the form that effects need."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ NEUTRAL = {"temperature_C": REFERENCE_TEMPERATURE_C}
 
 
 def side_by_side(*parts: FloatArray) -> FloatArray:
-    """Columns and matrices as one matrix, each of whose columns lies whole in memory."""
+    """Columns and matrices as one matrix with contiguous columns."""
     return np.concatenate([np.atleast_2d(part.T) for part in parts]).T
 
 
@@ -45,8 +45,8 @@ class Conditions:
     Attributes
     ----------
     columns : dict
-        Arrays by the names of `NEEDS`; what was not measured is missing. The output angle is
-        where the output would be without lost motion, see `unwound`, and its acceleration that.
+        Arrays by the names of `NEEDS`; quantities that were not measured are absent. Output angle
+        and acceleration are those without lost motion, see `unwound`.
     lost_motion : ndarray
         Arc seconds.
     starts, run_of : ndarray
@@ -89,7 +89,7 @@ class Conditions:
 
     @cached_property
     def wrapped_rad(self) -> FloatArray | None:
-        """Input angle within one turn; many would cost digits in the controller's precision."""
+        """Input angle within one turn, because many turns lose digits in float32."""
         angle = self.columns.get("input_angle_rad")
         return None if angle is None else np.remainder(angle + np.pi, 2 * np.pi) - np.pi
 
@@ -99,10 +99,11 @@ class Conditions:
         return self.columns["torque_Nm"]
 
     def unwound(self) -> FloatArray:
-        """Output angle without lost motion, where the lost motion was taken from it.
+        """Output angle without lost motion, if the lost motion was computed from it.
 
-        The reading holds the lost motion and its noise then: as a place, and twice over as an
-        acceleration, it would explain itself. Where the input was not recorded, the noise tells.
+        Otherwise the reading would contain the lost motion and its noise, and an effect of the
+        output angle or its acceleration would explain itself. If the input was not recorded, the
+        noise shows whether this is the case.
         """
         reading = self.columns["output_angle_rad"]
         turned = self.columns.get("input_angle_rad")
@@ -117,7 +118,7 @@ class Conditions:
         return np.asarray(nominal) if derived else reading
 
     def rough(self, values: FloatArray) -> float:
-        """How far a column leaves straight lines from sample to sample, mean square."""
+        """Mean square of the second differences of a column."""
         bends = [np.diff(values[at], n=2) for at in self.slices()]
         return float(np.mean(np.concatenate(bends) ** 2))
 
@@ -128,7 +129,7 @@ class Conditions:
         ]
 
     def fill(self, values: FloatArray) -> FloatArray:
-        """Interpolate what is missing in a column within its run; empty runs take the median."""
+        """Interpolate missing values of a column within its run; empty runs get the median."""
         out = values.copy()
         middle = float(np.nanmedian(values))
         for at in self.slices():
@@ -141,7 +142,7 @@ class Conditions:
         return out
 
     def rate(self, values: FloatArray, samples: int = RATE_WINDOW) -> FloatArray:
-        """Slope of a column over time: straight lines through so many samples."""
+        """Slope of a column over time, from straight lines through a number of samples."""
         out = np.zeros_like(values)
         half = samples // 2
         for at in self.slices():
@@ -174,12 +175,12 @@ class Conditions:
         )
 
     def centre(self, columns: FloatArray) -> None:
-        """Take the mean of each run off every column, in place; quick where columns are whole."""
+        """Subtract the mean of each run from every column, in place."""
         for column in columns.T:
             column -= self.run_mean(column)[self.run_of]
 
     def centred_on(self, rows: npt.NDArray[np.bool_], values: FloatArray) -> FloatArray:
-        """Values of some rows, less the mean that each run has over these; a column or several."""
+        """Values of some rows minus the mean of each run over them; one column or several."""
         one = values.ndim == 1
         kept = values * (rows if one else rows[:, None])
         share = np.maximum(self.run_mean(rows.astype(np.float64)), 1e-12)

@@ -1,8 +1,8 @@
-"""An effect: what it is called, what it needs and what it does.
+"""An effect: name, required conditions and function.
 
-All have the same small interface: a list of values, and a function of the values and of the
-conditions of a recording. Those of the library are in `library`; the user's own are functions of
-Python (`effect`), formulas (`formula`) or shared objects (`loading`).
+All effects have the same interface: a list of values, and a function of the values and the
+conditions of a recording. Effects of the library are in `library`; user effects are Python
+functions (`effect`), formulas (`formula`) or shared objects (`loading`).
 """
 
 from __future__ import annotations
@@ -57,27 +57,28 @@ class Value:
     name : str
         With its unit as a suffix.
     role : {"linear", "shape", "given", "fixed"}
-        The result is proportional to it; it enters in another way; it is known of the drive; or it
-        is a limit that picks a branch, which is stated and which no fit moves.
+        The result is proportional to it; it enters nonlinearly; it is a known property of the
+        drive; or it is a limit that selects a branch and is not estimated.
     typical, low, high : float
-        What to expect, and the bounds.
+        Typical value and bounds.
     scale : str
-        What the start values are measured by: nothing, ``"rated_torque"`` of the drive,
-        ``"largest_torque"`` or ``"largest_speed"`` of the recordings, ``"greatest"`` that the value
-        may be. ``"speeds"`` and ``"times"``: spread over those that were recorded, and held to
-        them. ``"sample_time"``: less than the time between two samples does nothing. Of a given
-        value what it is: ``"ratio"``, ``"rated_torque"`` or ``"tooth_angle"``.
+        Scale of the start values: none, ``"rated_torque"`` of the drive, ``"largest_torque"`` or
+        ``"largest_speed"`` of the recordings, or the upper bound ``"greatest"``. ``"speeds"`` and
+        ``"times"``: spread over the recorded ones, which are also the bounds. ``"sample_time"``:
+        values below the time between two samples have no effect. For a given value, its source:
+        ``"ratio"``, ``"rated_torque"`` or ``"tooth_angle"``.
     starts : tuple of float
-        Where a fit starts, over the scale. None: a value in N m starts from 0.02, 0.1 and 0.5 of
-        the rated torque, any other from a quarter of what is typical, that, and four times it.
+        Start values of a fit, divided by the scale. None: a value in N m starts at 0.02, 0.1 and
+        0.5 of the rated torque, any other at a quarter of the typical value, at that value, and at
+        four times it.
     sign : {"", "ratio", "first"}
-        Of the drive's ratio; or of the first value, or else the effect is another one.
+        Sign of the drive's ratio, or of the first value (the other sign is a different effect).
     between_runs : bool
-        How the effect depends on what is constant within a run: each run tells it once.
+        Whether it describes a dependence on quantities that are constant within a run.
     scales : bool
-        It scales the effect, together with its linear values.
+        Whether it scales the effect together with the linear values.
     words : str
-        What it is, for a reader, where its name does not say it.
+        Description if the name is not sufficient.
     """
 
     name: str
@@ -95,14 +96,14 @@ class Value:
 
 @dataclass(frozen=True)
 class Effect:
-    """An effect: what it is called, what it needs and what it does.
+    """An effect: name, required conditions and function.
 
     Attributes
     ----------
     name : str
     kind : {"torque", "width", "angle"}
-        What the function returns: N m on top of the torque, the factor on the width of the
-        friction, or rad on top of the lost motion.
+        What the function returns: N m to add to the torque, a factor on the width of the friction,
+        or rad to add to the lost motion.
     values : tuple of Value
     needs : frozenset of str
         Conditions without which it cannot be tested.
@@ -113,19 +114,19 @@ class Effect:
     memory : int
         Numbers of memory.
     formula : str
-        The function as text, where it was made from one: it can be written as C.
+        Text of the function if it is a formula, which can be written as C.
     symbol : str
-        Name of the constant in C, of an effect that came from a shared object.
+        Name of the C constant of an effect from a shared object.
     controller : cdata or None
         The ``lm_effect`` itself, of a shared object in the controller's precision.
     absorbed : str
-        Which part of the baseline model fits it anyway, where one does ...
+        Part of the baseline model that absorbs it, if any ...
     told_by : str
-        ... and the condition that separates the two where it varies.
+        ... and the condition whose variation separates the two.
     steps : bool
-        The angle jumps by its given value and stays.
+        The angle changes in steps of its given value.
     in_file : bool
-        A drive file that has it holds its formula, too.
+        A drive file with the effect also contains its formula.
     """
 
     name: str
@@ -148,12 +149,12 @@ class Effect:
     in_file: bool = False
 
     def __repr__(self) -> str:
-        """Describe what it is and what it takes; `vars` has all."""
+        """Summarise the effect; `vars` has all fields."""
         values = ", ".join(value.name for value in self.values)
         return f"<Effect {self.name} ({self.kind}) of {values}: {self.mechanism}>"
 
     def __post_init__(self) -> None:
-        """Refuse bounds between which no fit can move."""
+        """Refuse bounds that leave no range for a fit."""
         for value in self.values:
             if not value.low < value.high:
                 raise InputError(
@@ -169,11 +170,11 @@ class Effect:
 
     @property
     def is_hysteresis(self) -> bool:
-        """Whether it is hysteresis of the torque itself, as the baseline's operators are."""
+        """Whether it is hysteresis of the torque, like the operators of the baseline model."""
         return bool(self.memory) and not self.steps and self.needs == {"torque_Nm"}
 
     def at_bound(self, values: FloatArray) -> list[str]:
-        """Names of the values that stand at the least or the most that they may be."""
+        """Names of the values at a bound."""
         return [
             known.name
             for known, x in zip(self.values, values, strict=True)
@@ -181,16 +182,16 @@ class Effect:
         ]
 
     def stopped_at_bound(self, values: FloatArray, free: Sequence[int] | None = None) -> list[str]:
-        """Names of estimated values that a bound has stopped: not what is nothing at its least.
+        """Names of estimated values limited by a bound, except zeros at a lower bound.
 
-        Estimated are those that are `free`, by default all that a fit may move.
+        Estimated values are those that are `free`, by default all that a fit may estimate.
         """
         moved = {self.values[i].name for i in (self.free() if free is None else free)}
         size = {known.name: float(x) for known, x in zip(self.values, values, strict=True)}
         return [name for name in self.at_bound(values) if name in moved and size[name] != 0.0]
 
     def against_its_name(self, values: FloatArray) -> int | None:
-        """Place of a value that makes the effect another one, and ought to be nothing."""
+        """Place of a value that makes it a different effect and should be zero."""
         for i, value in enumerate(self.values):
             if value.sign == "first" and abs(values[0] + values[i]) < abs(values[0]):
                 return i
@@ -204,11 +205,11 @@ class Effect:
         elastic_rad: FloatArray,
         wound_Nm: FloatArray | None = None,
     ) -> FloatArray:
-        """Evaluate over a campaign, run by run, in the effect's own unit.
+        """Evaluate over a campaign, run by run, in the unit of the effect.
 
-        What sits in the mesh sees `wound_Nm`, the torque that friction leaves; by default all.
-        Memory continues from run to run, except for effects that live on elapsed time: the rest
-        between two recordings was not recorded.
+        Effects in the mesh use `wound_Nm`, the torque minus friction in parallel; by default the
+        torque. Memory continues from run to run, except for effects of elapsed time, because the
+        time between two recordings is unknown.
         """
         out = np.empty(conditions.rows)
         memory = np.zeros(max(self.memory, 1))
@@ -244,7 +245,7 @@ class Effect:
         return np.array([value.typical for value in self.values])
 
     def ranges(self) -> list[tuple[str, float, float]]:
-        """Name with unit, least and most of every value."""
+        """Name with unit and bounds of every value."""
         return [(value.name, value.low, value.high) for value in self.values]
 
     def indices(self, *roles: Role) -> list[int]:
@@ -252,15 +253,15 @@ class Effect:
         return [i for i, value in enumerate(self.values) if value.role in roles]
 
     def free(self) -> list[int]:
-        """Indices of the values that a fit may move: not what is given, nor what picks a branch."""
+        """Indices of the values that a fit may estimate: not given values or limits."""
         return self.indices("linear", "shape")
 
     def inner(self) -> list[int]:
-        """Indices of the values that shape the effect, those that no fit moves among them."""
+        """Indices of the nonlinear values, including fixed ones."""
         return self.indices("shape", "fixed")
 
     def scaling(self) -> list[int]:
-        """Indices of the values that scale the effect together, or of all that shape it."""
+        """Indices of the values that scale the effect together, or of all nonlinear ones."""
         linear = [i for i, v in enumerate(self.values) if v.role == "linear" or v.scales]
         return linear or self.inner()
 
@@ -270,7 +271,7 @@ SAID = ("scale", "starts", "sign", "between_runs", "scales", "words")
 
 
 def card(effect: Effect) -> dict[str, Any]:
-    """Everything that is known of an effect."""
+    """Description of an effect."""
     return {
         "name": effect.name,
         "kind": effect.kind,
@@ -297,9 +298,9 @@ def card(effect: Effect) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class CheckedFunction:
-    """A Python function ``f(p, at)`` as the function of an effect, its result examined.
+    """A Python function ``f(p, at)`` as the function of an effect, with checks of its result.
 
-    It can be pickled where `function` can: where a module has it.
+    It can be pickled if `function` can, that is, if it is in a module.
     """
 
     name: str
@@ -346,10 +347,10 @@ def effect(
 
     `p` has the values as attributes, `at` the conditions of one recording as arrays
     (``at.torque_Nm``, ``at.temperature_C`` ..., and what the model fills in: ``at.elastic_rad``,
-    the angle of torsion curve and friction, and ``at.wound_Nm``, the torque that friction leaves to
-    wind up the mesh); the function returns an array. Angles continue over turns. ``at.run_number``,
-    1 for the first run of the campaign, and ``at.time_s`` are for what happened once: no controller
-    knows them.
+    the angle of torsion curve and friction, and ``at.wound_Nm``, the torque minus friction in
+    parallel); the function returns an array. Angles are not wrapped. ``at.run_number``, 1 for the
+    first run of the campaign, and ``at.time_s`` are for single occurrences: a controller does not
+    know them.
 
     Parameters
     ----------
@@ -391,7 +392,7 @@ def effect(
 
 
 def find_effect(name: str, effects: Mapping[str, Effect], file: str = "effect") -> Effect:
-    """Find an effect by the name that a file has, or a command; or state which there are."""
+    """Find an effect by its name, or list the known ones."""
     if name not in effects:
         raise InputError(
             file,

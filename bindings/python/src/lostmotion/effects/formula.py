@@ -1,8 +1,8 @@
-"""A user's own effect as a formula in text: evaluated here, and written as C for the controller.
+"""A user effect as a formula: evaluated here, and written as C for the controller.
 
 A formula is an expression in Python's notation of the effect's values, the conditions, numbers and
-`FUNCTIONS`. It is read as a tree of which only these are taken, so that what is evaluated over a
-recording and what the controller computes are the same thing.
+`FUNCTIONS`. It is parsed to a tree of only these elements, so that the evaluation over a recording
+and that on the controller are identical.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ MULTIPLIED_OUT = 6
 
 
 def _power(x: FloatArray, exponent: FloatArray) -> FloatArray:
-    """As `lm_power`: nothing at and below zero."""
+    """As `lm_power`: zero at and below zero."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(np.asarray(x) > 0, np.maximum(x, LOGARITHM_MIN) ** exponent, 0.0)
 
@@ -108,7 +108,7 @@ def formula(
     confused_with: Sequence[str] = (),
     experiment: str = "",
 ) -> Effect:
-    """Make an effect of a formula, which can go to the controller as well.
+    """Make an effect from a formula, which can also run on the controller.
 
     Parameters
     ----------
@@ -154,15 +154,14 @@ def formula(
 
 
 def written_formula(text: str, name: str) -> Effect:
-    """Make an effect of a formula alone, as it is written behind ``--add`` or in a drive file.
+    """Make an effect from a formula alone, as given after ``--add`` or in a drive file.
 
-    Every name in it that is no condition is a value, to which the lost motion in rad that it gives
-    is proportional.
+    Every name that is not a condition is a linear value; the result is lost motion in rad.
 
     Raises
     ------
     InputError
-        When the formula has something else in it, or is not proportional to its values.
+        If the formula has other elements, or is not proportional to its values.
     """
     tree = _read(name, text)
     called = {id(node.func) for node in ast.walk(tree) if isinstance(node, ast.Call)}
@@ -211,7 +210,7 @@ def _read(name: str, text: str) -> ast.expr:
 
 
 def _names(name: str, tree: ast.expr, values: Sequence[str]) -> set[str]:
-    """Names that the formula uses, but for functions and pi; refuses what is no formula."""
+    """Names in the formula except functions and pi; refuses invalid formulas."""
     allowed = {*values, *WORDS}
     found: set[str] = set()
     where = f"effect {name}"
@@ -253,7 +252,7 @@ def _is_power(node: ast.BinOp) -> bool:
 
 
 def _whole(node: ast.expr) -> int | None:
-    """A small whole exponent, which is a product; None for others."""
+    """A small integer exponent, which is written as a product; None for others."""
     value = node.value if isinstance(node, ast.Constant) else None
     return value if isinstance(value, int) and 1 <= value <= MULTIPLIED_OUT else None
 
@@ -320,7 +319,7 @@ def symbol_of(own: Effect) -> str:
 
 
 def require_of_controller(own: Effect) -> None:
-    """Refuse a formula of what a controller does not know: runs, or turns of the input."""
+    """Refuse a formula of quantities unknown to a controller: runs, or turns of the input."""
     tree = _read(own.name, own.formula)
     words = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
     for word in RECORDED_ONLY:
@@ -343,12 +342,12 @@ TRIED = 41
 
 
 def write_c(own: Effect) -> str:
-    """C source of an effect that has a formula; the desktop and the controller compile the same.
+    """C source of an effect with a formula, for desktop and controller.
 
     Raises
     ------
     InputError
-        When it has none: a function in Python cannot go to the controller.
+        If it has none: a Python function cannot run on the controller.
     """
     if not own.formula:
         expected = "one made by formula(...), or in C: the controller cannot run a Python function"
@@ -441,7 +440,7 @@ def _value_in_c(value: Value) -> str:
 
 
 def _pairs(text: str) -> bool:
-    """Whether the first bracket closes with the last sign."""
+    """Whether the first bracket closes at the last character."""
     depth = 0
     for i, sign in enumerate(text):
         depth += (sign == "(") - (sign == ")")

@@ -1,4 +1,4 @@
-"""The effects of the C library, as C functions that the controller runs, too."""
+"""The effects of the C library: the same C functions as on the controller."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class FunctionInC:
         self.bits = bits
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle an effect of the library by its name; one of a shared object stays where it is."""
+        """Pickle an effect of the library by its name; one of a shared object is refused."""
         c = core(self.bits)
         name = c.ffi.string(self.effect.card.name).decode()
         known = library().get(name)
@@ -46,9 +46,9 @@ class FunctionInC:
         *,
         fresh: bool,
     ) -> FloatArray:
-        """Evaluate over runs that lie end to end, with a memory that each begins anew or takes on.
+        """Evaluate over consecutive runs, with memory reset or continued at each run.
 
-        The columns are handed over once: a run is a part of them, not a copy.
+        The columns are passed once: a run is a view, not a copy.
         """
         c = core(self.bits)
         recordings = c.ffi.new("lm_recording[]", len(starts) - 1)
@@ -86,7 +86,7 @@ def from_c(effect: Any, bits: Bits = 64) -> Effect:
     c = core(bits)
 
     def number(value: float) -> float:
-        """Give the number that was written in the source, which float32 has rounded."""
+        """Return the decimal number of the source that float32 has rounded."""
         return float(str(np.float32(value))) if bits == 32 else float(value)
 
     def text(pointer: Any) -> str:

@@ -1,4 +1,4 @@
-"""The user's own effects: loaded from a file of Python, or from a shared object made from C."""
+"""User effects, loaded from a Python file or from a shared object compiled from C."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def load_shared_object(file: str | Path, bits: Bits = 64) -> dict[str, Effect]:
 
     Its name is lm_user_effect, or lm_effect_ and the name of the file (without a _f32 at its end).
     It must be compiled with LM_REAL_BITS=64 and with its card; the same source goes to the
-    controller. With LM_REAL_BITS=32 it is what the controller runs, which `replay` needs.
+    controller. With LM_REAL_BITS=32 it is the controller's function, for `replay`.
     """
     path = Path(file)
     if not os.path.isfile(path):
@@ -99,10 +99,10 @@ def load_shared_object(file: str | Path, bits: Bits = 64) -> dict[str, Effect]:
 
 
 def _precision(address: int) -> Bits | None:
-    """In which precision an `lm_effect` was compiled; None where it has no card.
+    """Precision in which an `lm_effect` was compiled; None if it has no card.
 
-    The card lies in the same file as the effect. In the one layout a pointer to it stands where the
-    other has a bound, or nothing.
+    The card is in the same file as the effect. At the place of its pointer the other layout has a
+    bound or zero.
     """
     precisions: tuple[Bits, ...] = (32, 64)
     for bits in precisions:

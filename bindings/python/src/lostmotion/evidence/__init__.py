@@ -1,4 +1,4 @@
-"""What recordings say of any linear hypothesis: noise, Gram matrices, run-to-run scatter, tests.
+"""Evidence of recordings for linear hypotheses: noise, Gram matrices, run-to-run scatter, tests.
 
-Nothing here knows what a drive is.
+Independent of drives.
 """

@@ -1,6 +1,6 @@
-"""Whether evidence can be what a campaign says: every value in its range before it is used.
+"""Checks of saved evidence: every value is in its range before it is used.
 
-A file comes from anywhere, and its checksum tells damage, not truth.
+A file may come from any source, and its checksum detects damage, not manipulation.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ Saved = Mapping[str, npt.NDArray[Any]]
 
 
 def check_arrays(file: str | Path, saved: Saved) -> None:
-    """Refuse arrays of another kind or shape, places out of range and numbers that are none.
+    """Refuse arrays of wrong type or shape, indices out of range and invalid numbers.
 
     Raises
     ------
@@ -153,7 +153,7 @@ def named(check: Check) -> Check:
 
 
 def table(**checks: Check) -> Check:
-    """Make a check of a table with these keys, and perhaps others."""
+    """Make a check of a table with at least these keys."""
     return lambda value: (
         isinstance(value, dict)
         and all(key in value and check(value[key]) for key, check in checks.items())
@@ -192,14 +192,14 @@ ABOUT: dict[str, Check] = {
 
 
 def check_about(file: str | Path, about: Any, runs: int, sizes: Mapping[str, int]) -> None:
-    """Refuse what is stated beside the numbers where it is of another kind, or does not fit them.
+    """Refuse metadata of a wrong type, or inconsistent with the arrays.
 
     Parameters
     ----------
     file : str or Path
         For messages.
     about : object
-        What JSON made of it.
+        Metadata as parsed from JSON.
     runs : int
     sizes : mapping
         Columns of each candidate.

@@ -1,7 +1,7 @@
-"""The contest of candidates: each is judged beside the baseline model under its own scatter.
+"""The contest of candidates: each is tested against the baseline model with its own scatter.
 
-The unit of evidence is the run. A candidate is judged under its own variances: with those of the
-baseline model alone, effects that act between runs would be taken for scatter.
+The unit of evidence is the run. A candidate is tested with its own variances: with those of the
+baseline model alone, effects between runs would be taken for scatter.
 """
 
 from __future__ import annotations
@@ -40,16 +40,16 @@ class Result:
     Attributes
     ----------
     wald : float
-        Fall of the quadratic form.
+        Decrease of the quadratic form.
     rank : int
-        Directions that the candidate has beside the baseline model.
+        Dimensions of the candidate in addition to the baseline model.
     p : float
         Of the run-level F test, before Bonferroni.
     flip_p : float
-        Share of sign patterns of the runs that do at least as well, the true one among them.
+        Fraction of sign patterns of the runs that do at least as well, including the true one.
     flip_limit : float
-        Largest `flip_p` that speaks for the candidate with this plan; what it has more than the
-        level, the F test has to make up for.
+        Largest `flip_p` that supports the candidate with this plan; if it exceeds the level, the F
+        test must compensate.
     gain : float
         Leave-one-run-out gain in log predictive density, nats.
     gain_by_run : ndarray
@@ -60,7 +60,7 @@ class Result:
     fixed_step : ndarray
         Of the baseline's scaled columns.
     block : str
-        The columns that were judged: all of the candidate's, or those of one start.
+        Tested columns: all of the candidate, or those of one start.
     """
 
     name: str
@@ -87,13 +87,13 @@ class Estimates:
     n0 : int
         Columns of the baseline model; those of the candidate follow.
     delta, alone : ndarray
-        Of all columns; of the baseline model's without the candidate.
+        Coefficients of all columns; of the baseline columns without the candidate.
     inverse : ndarray
         Covariance of `delta`.
     carried : ndarray
-        What the baseline model's columns carry of the candidate's.
+        Projection of the candidate's columns on those of the baseline model.
     wald : float
-        Fall of the quadratic form by the candidate.
+        Decrease of the quadratic form by the candidate.
     """
 
     n0: int
@@ -105,13 +105,13 @@ class Estimates:
 
 
 class Contest:
-    """The contest over one body of evidence.
+    """The contest for one body of evidence.
 
     Parameters
     ----------
     evidence : Evidence
     start : ndarray, optional
-        Variances of the scattering columns to begin from.
+        Start of the variances of the scattering columns.
 
     Attributes
     ----------
@@ -139,7 +139,7 @@ class Contest:
 
     @cached_property
     def null_density(self) -> FloatArray:
-        """Log predictive density of every run, left out, under the baseline model alone."""
+        """Leave-one-run-out log predictive density of every run for the baseline model alone."""
         return log_density(self.null, self.evidence.ridge(self.evidence.index()))
 
     def null_step(self) -> FloatArray:
@@ -149,7 +149,7 @@ class Contest:
         return np.asarray(np.linalg.solve(h, matrix[:-1, -1]))
 
     def test(self, name: str, *, refit_scatter: bool = True) -> Result | None:
-        """Judge a candidate; None when these recordings cannot show it."""
+        """Test a candidate; None if these recordings cannot identify it."""
         e = self.evidence
         index, n0 = e.index(name), e.fixed.size
         omega = self.null_omega
@@ -191,7 +191,7 @@ class Contest:
 
 
 def visible_directions(e: Evidence, reduced: Reduced, index: IntArray) -> FloatArray:
-    """Directions of a block that the rest of its hypothesis leaves."""
+    """Dimensions of a block that the rest of its hypothesis does not absorb."""
     n0 = e.fixed.size
     total = reduced.matrix.sum(axis=0)
     ridge = np.diag(e.ridge(index))[:n0, :n0]
@@ -229,10 +229,9 @@ def run_scores(
     Returns
     -------
     score : ndarray
-        ``[run, direction]``. The prior pulls at the baseline's parameters; its share belongs to no
-        run.
+        ``[run, direction]``. The prior acts on the baseline parameters; its part belongs to no run.
     ideal : ndarray
-        The same, if every run said exactly what the candidate as fitted makes of it.
+        The same if every run agreed exactly with the fitted candidate.
     weight : ndarray
         Inverse of the information of the directions.
     """

@@ -1,8 +1,8 @@
 """The evidence of a campaign, or of several merged, and the file that holds it.
 
-What a campaign says is saved as Gram matrices, one a run: of the baseline's derivatives, of what
-scatters from run to run, of every effect and every shape, and of the residual, whitened and plain;
-with the sudden events that were found in it. No samples are saved.
+Evidence is saved as one Gram matrix per run: of the derivatives of the baseline model, the
+scattering columns, every effect and shape, and the residual, whitened and unwhitened; with the
+sudden events found. No samples are saved.
 """
 
 from __future__ import annotations
@@ -38,13 +38,13 @@ class Body:
     Attributes
     ----------
     white, plain : Evidence
-        Gram matrices of the same columns: whitened, and in arc seconds as they are.
+        Gram matrices of the same columns: whitened, and unwhitened in arc seconds.
     point : ndarray
-        Values of the baseline's parameters that the columns are derivatives at.
+        Values of the baseline parameters at which the columns are derivatives.
     spread, rows : ndarray
         Noise within each run in arc seconds, and its samples.
     about : dict
-        Everything that is not a number a run: grid, candidates, labels, sudden events, where from.
+        Metadata: grid, candidates, labels, sudden events, sources.
     """
 
     white: Evidence
@@ -55,7 +55,7 @@ class Body:
     about: dict[str, Any]
 
     def save(self, file: str | Path) -> None:
-        """Write it to an ``.npz`` file, whole or not at all."""
+        """Write it to an ``.npz`` file atomically."""
         out = io.BytesIO()
         names = list(self.white.blocks)
         blocks: dict[str, Any] = {
@@ -84,7 +84,7 @@ class Body:
 
 
 def checksum(arrays: Mapping[str, Any]) -> str:
-    """Sum over everything that is saved: numbers that fit together cannot be told from others."""
+    """Checksum of all saved data, because damaged numbers may still be consistent."""
     digest = hashlib.sha256()
     for name in sorted(arrays):
         values = np.ascontiguousarray(arrays[name])
@@ -99,7 +99,7 @@ def load_body(file: str | Path) -> Body:
     Raises
     ------
     InputError
-        When the file is not evidence of this version, or not as it was saved.
+        If the file is not evidence of this version, or is damaged.
     """
     try:
         with open(file, "rb") as stream, np.load(stream, allow_pickle=False) as data:
@@ -120,13 +120,13 @@ def load_body(file: str | Path) -> Body:
 
 
 def exact(digits: str) -> int | float:
-    """Read a whole number, as a float where an array of floats does not hold it exactly."""
+    """Read an integer; as a float if an array of floats cannot hold it exactly."""
     number = int(digits)
     return number if abs(number) <= SAMPLES_MAX else float(digits)
 
 
 def body_of(file: str | Path, saved: Mapping[str, npt.NDArray[Any]]) -> Body:
-    """Make evidence of saved arrays, each value checked before it is used.
+    """Make evidence from saved arrays after checking each value.
 
     Raises
     ------

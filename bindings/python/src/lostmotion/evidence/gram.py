@@ -1,7 +1,7 @@
 """Sufficient statistics: one Gram matrix of whitened columns for each run.
 
-Everything after them (refit by one step, tests, scatter, leave-one-run-out, angles, next run) is
-small dense algebra.
+All later computations (one-step refit, tests, scatter, leave-one-run-out, angles, next run) use
+only these small dense matrices.
 """
 
 from __future__ import annotations
@@ -31,10 +31,9 @@ class Evidence:
     gram : ndarray
         In units of the innovation variance.
     scale : ndarray
-        What each column was divided by.
+        Divisor of each column.
     fixed, scatter, response : ndarray or int
-        Places of the baseline's columns, of the columns that scatter from run to run, of the
-        residual.
+        Places of the baseline columns, of the scattering columns, and of the residual.
     blocks : dict
         Places of each candidate's columns.
     precision : ndarray
@@ -60,7 +59,7 @@ class Evidence:
         return np.asarray(self.gram.sum(axis=0))
 
     def ridge(self, index: IntArray) -> FloatArray:
-        """Prior precision of the columns of a hypothesis, the last of which is the residual."""
+        """Prior precision of the columns of a hypothesis; the last column is the residual."""
         out = np.zeros(index.size - 1)
         out[: self.fixed.size] = self.precision
         return out + RIDGE * np.maximum(np.diag(self.total)[index[:-1]], 1.0)
@@ -89,7 +88,7 @@ def gather(
     precision : ndarray
         Prior precision of the fixed columns.
     response : ndarray
-        Residual about the linearised model, deviations put back.
+        Residual of the linearised model, with deviations added back.
     """
     parts = [fixed, scatter, *(columns for _, columns in blocks), response[:, None]]
     counts = [part.shape[1] for part in parts]

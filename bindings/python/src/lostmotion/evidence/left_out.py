@@ -1,4 +1,4 @@
-"""Every run under a fit to the others, from Gram matrices: a small solve instead of a refit."""
+"""Leave-one-run-out predictions from Gram matrices, without refits."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ IntArray = npt.NDArray[np.intp]
 
 
 def log_density(reduced: Reduced, ridge: FloatArray) -> FloatArray:
-    """Log predictive density of every run under a fit to the others, uncertain as that fit is.
+    """Log predictive density of every run for a fit to the others, including its uncertainty.
 
-    The coefficients that the other runs leave add ``X inv(H) X'`` to the covariance of the run:
-    where they say little of it, as of the one run at the most cycles, it may well lie far off.
+    The uncertainty of the coefficients from the other runs adds ``X inv(H) X'`` to the covariance
+    of the run: an extrapolated run, such as the only one with most cycles, may deviate far.
     """
     own = reduced.matrix
     total = own.sum(axis=0)
@@ -54,7 +54,7 @@ def solved_apart(normal: FloatArray, right: FloatArray) -> tuple[FloatArray, Flo
 
 
 def centred(plain: Evidence) -> FloatArray:
-    """Plain Gram matrices with the mean of each run taken off; the last scatter column is ones."""
+    """Unwhitened Gram matrices without run means; the last scatter column is ones."""
     ones = plain.scatter[-1]
     gram = plain.gram
     count = np.maximum(gram[:, ones, ones], 1e-300)

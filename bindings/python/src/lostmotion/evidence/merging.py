@@ -1,4 +1,4 @@
-"""Evidence of several campaigns put together at the linearisation of one of them.
+"""Merge evidence of several campaigns at the linearisation of one of them.
 
 Moving a campaign from its own baseline model to a common one adds a combination of the baseline's
 columns to the residual.
@@ -21,12 +21,12 @@ IntArray = npt.NDArray[np.intp]
 
 
 def merge_bodies(bodies: Sequence[Body], files: Sequence[str | Path]) -> Body:
-    """Combine evidence of several campaigns; their order changes the labels of the runs alone.
+    """Combine evidence of several campaigns; their order changes only the labels of the runs.
 
     Raises
     ------
     InputError
-        When a part is of another drive or of another grid, or holds recordings of another part.
+        If a part is of a different drive or grid, or has recordings of another part.
     """
     first = bodies[0]
     for body, file in zip(bodies[1:], files[1:], strict=True):
@@ -101,7 +101,7 @@ def merge_bodies(bodies: Sequence[Body], files: Sequence[str | Path]) -> Body:
 
 
 def refuse_twice(bodies: Sequence[Body], files: Sequence[str | Path]) -> set[str]:
-    """Refuse what would count twice, a campaign or a run of one; returns the campaigns."""
+    """Refuse campaigns or runs that would count twice; returns the campaigns."""
     seen: set[str] = set()
     known: dict[str, str] = {}
     for body, file in zip(bodies, files, strict=True):
@@ -123,7 +123,7 @@ def refuse_twice(bodies: Sequence[Body], files: Sequence[str | Path]) -> set[str
 def merge_grams(
     parts: Sequence[Evidence], points: Sequence[FloatArray], common: Sequence[str]
 ) -> Evidence:
-    """Bring Gram matrices to the same columns, units and linearisation, and put them together."""
+    """Convert Gram matrices to the same columns, units and linearisation, and join them."""
     first = parts[0]
     grams = []
     for part, point in zip(parts, points, strict=True):

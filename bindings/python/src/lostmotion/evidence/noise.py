@@ -49,7 +49,7 @@ class Noise:
 
     @cached_property
     def lags(self) -> int:
-        """Rows at the start of each run that the whitening uses up."""
+        """Rows at the start of each run that whitening consumes."""
         return max(p.size for p in self.phi)
 
     def whiten(self, values: FloatArray, run: int) -> FloatArray:
@@ -124,7 +124,7 @@ def rate_groups(time_s: FloatArray, starts: IntArray) -> IntArray:
 
 
 def group_within(values: FloatArray, factor: float) -> IntArray:
-    """Number positive values, from the least on, so that those of a group agree within a factor."""
+    """Group positive values, in rising order, so that those of a group agree within a factor."""
     group = np.zeros(values.size, dtype=np.intp)
     last, number = -np.inf, -1
     for i in np.argsort(values, kind="stable"):
@@ -175,7 +175,7 @@ def autoregression(covariance: FloatArray, rows: int) -> tuple[FloatArray, float
 
 
 def fit_noise(residual: FloatArray, time_s: FloatArray, starts: IntArray, columns: int) -> Noise:
-    """Estimate the noise from what the largest model leaves.
+    """Estimate the noise from the residual of the largest model.
 
     Parameters
     ----------
@@ -217,8 +217,8 @@ def whitened_runs(residual: FloatArray, time_s: FloatArray, starts: IntArray) ->
     Returns
     -------
     list of ndarray
-        Innovations over their standard deviation: independent and of unit variance where the
-        residual is the noise. A run that is too short is left out.
+        Innovations divided by their standard deviation: independent and of unit variance if the
+        residual is noise. Runs that are too short are left out.
     """
     noise = fit_noise(residual, time_s, starts, 1)
     return [

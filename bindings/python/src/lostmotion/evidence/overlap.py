@@ -18,7 +18,7 @@ RANK = 1e-7
 
 
 def projected(evidence: Evidence, names: list[str], omega: FloatArray) -> FloatArray:
-    """Gram matrix of blocks after the baseline model and the scatter have taken their part."""
+    """Gram matrix of blocks after projection on baseline model and scatter."""
     index = evidence.index(*names)
     reduced = reduce(evidence, index, omega).matrix.sum(axis=0)
     n0 = evidence.fixed.size
@@ -34,7 +34,7 @@ def absorbed_share(
     coefficients: FloatArray,
     places: IntArray,
 ) -> float:
-    """Share (of its square) of what a block does that some of the fixed columns could do.
+    """Share of the mean square of a block that some of the fixed columns can absorb.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def absorbed_share(
 
 
 def principal_angles(evidence: Evidence, omega: FloatArray, a: str, b: str) -> FloatArray:
-    """Principal angles between two blocks beside the baseline model, degrees, least first."""
+    """Principal angles between two blocks after projection, degrees, least first."""
     m = projected(evidence, [a, b], omega)
     na = evidence.blocks[a].size
     halves = []

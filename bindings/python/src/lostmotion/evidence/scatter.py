@@ -45,7 +45,7 @@ scatter leaves can be all rounding; beyond the precision's inverse the diagonal 
 
 @dataclass
 class Reduced:
-    """A hypothesis reduced to its fixed columns: per run, and what the scatter costs."""
+    """A hypothesis reduced to its fixed columns, with the log determinant of the scatter."""
 
     matrix: FloatArray
     log_det: FloatArray
@@ -56,9 +56,9 @@ def without_scatter(
 ) -> tuple[FloatArray, FloatArray]:
     """Solve ``(I + gram omega) x = sides`` for every run, and the logarithms of the determinants.
 
-    Where the variances are so large that the identity is lost beside them (the first step of a
-    descent goes to their bounds), the elimination may meet a pivot of zero. The same in the
-    eigenvectors of the symmetric ``omega^1/2 gram omega^1/2`` loses nothing.
+    If the variances are so large that the identity is lost in rounding (the first step of a descent
+    goes to their bounds), elimination may have a zero pivot. The eigenvectors of the symmetric
+    ``omega^1/2 gram omega^1/2`` avoid this.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def without_scatter(
 
 
 def reduce(evidence: Evidence, index: IntArray, omega: FloatArray) -> Reduced:
-    """Take the scatter out of every run's Gram matrix (Woodbury)."""
+    """Eliminate the scatter from the Gram matrix of every run (Woodbury)."""
     b = evidence.scatter
     sbb = evidence.gram[:, b[:, None], b]
     sbx = evidence.gram[:, b[:, None], index]
@@ -122,7 +122,7 @@ def deviations(
 
 
 def factored(h: FloatArray) -> FloatArray:
-    """Cholesky factor of normal equations; where roundoff has left them indefinite, damped."""
+    """Cholesky factor of normal equations, damped if rounding has made them indefinite."""
     try:
         return np.asarray(np.linalg.cholesky(h))
     except np.linalg.LinAlgError:
@@ -156,7 +156,7 @@ class RestrictedLikelihood:
     def __call__(self, log_omega: FloatArray) -> tuple[float, FloatArray, FloatArray]:
         """Value, slope and expected curvature over the logarithms of the variances.
 
-        The curvature leaves out that the coefficients bind the runs to each other.
+        The curvature neglects the coupling of the runs by the coefficients.
         """
         omega, n = np.exp(log_omega), self.total.shape[0]
         solved, log_det = without_scatter(self.gram, omega, self.both)
@@ -207,10 +207,10 @@ class RestrictedLikelihood:
         return np.exp(x), value, slope
 
     def lowest(self, start: FloatArray) -> tuple[FloatArray, float]:
-        """Variances that the recordings speak for most, and the value there.
+        """Maximum likelihood variances, and the value there.
 
-        Close to nothing the logarithm hides the slope: a step too far stays there. The score states
-        what is to be gained (Rao's test), and from above the way down is even.
+        Near zero the logarithm hides the slope, so that a step too far cannot return. The score
+        (Rao's test) shows the possible gain; from larger values the descent is regular.
         """
         omega, value, slope = self.descend(start)
         score = -slope / omega

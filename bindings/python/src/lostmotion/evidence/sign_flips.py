@@ -1,4 +1,4 @@
-"""The sign-flip test: what a candidate explains with the signs of whole runs changed."""
+"""The sign-flip test: what a candidate explains when the signs of whole runs change."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def sign_patterns(runs: int) -> FloatArray:
 
 
 def flip_p(signs: FloatArray, score: FloatArray, weight: FloatArray) -> float:
-    """Share of the patterns that do at least as well as the true one, that among them.
+    """Fraction of the patterns that do at least as well as the true one, which is included.
 
     Parameters
     ----------
@@ -44,16 +44,16 @@ def flip_p(signs: FloatArray, score: FloatArray, weight: FloatArray) -> float:
 
 
 def flip_limit(signs: FloatArray, ideal: FloatArray, weight: FloatArray, wald: float) -> float:
-    """Largest `flip_p` that speaks for a candidate with this plan.
+    """Largest `flip_p` that supports a candidate with this plan.
 
     Parameters
     ----------
     signs : ndarray
     ideal : ndarray
-        Score of each run, if it said exactly what the candidate as fitted makes of it.
+        Score of each run if it agreed exactly with the fitted candidate.
     weight : ndarray
     wald : float
-        Runs that show next to nothing have their signs from the noise: a deviation of the whole.
+        Noise determines the signs of runs that show almost nothing: allowed deviation of the sum.
     """
     sums = signs @ ideal
     reach = ((sums @ weight) * sums).sum(axis=1)

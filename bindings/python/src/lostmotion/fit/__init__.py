@@ -1,4 +1,4 @@
-"""The baseline model of a drive, fitted to its recordings, effects included."""
+"""The baseline model of a drive, fitted to its recordings, with effects."""
 
 from lostmotion.callable_module import make_callable
 

@@ -1,10 +1,10 @@
-"""The baseline model that effects are added to: a torsion curve with hysteresis inside it.
+"""The baseline model to which effects are added: torsion curve and hysteresis.
 
     T_e = T + sum w_i (z_i - U)
     phi = offset_run + (1 + a_run) B(T_e) + g_run sat(T_e) + sum c_i (z_i - U)
 
 `B` is the torsion curve (`torsion_curve`); the operators z_i follow the envelope U of the torque
-with half widths times (1 + f_run) (`hysteresis`); a, f and g are what a run has of its own
+with half widths times (1 + f_run) (`hysteresis`); a, f and g are the deviations of each run
 (`deviations`). Effects act on the torque, the half widths or the angle (`terms`).
 """
 
@@ -61,7 +61,7 @@ FILED = (
 
 @dataclass
 class BaselineModel:
-    """The baseline model over one campaign, and the terms that were added to it.
+    """The baseline model of one campaign, and the added terms.
 
     Attributes
     ----------
@@ -70,19 +70,19 @@ class BaselineModel:
     curve : TorsionCurve
     hysteresis : Hysteresis
     widens : bool
-        Whether all half widths may move together; campaigns that are to be merged share theirs.
+        Whether all half widths may be scaled together; campaigns to be merged share them.
     rises : bool
-        Whether a fit is bound to an angle that rises with the torque while every operator sticks,
-        as a controller asks. Recordings may say otherwise: torque of the motor's current is not
-        that of the output, and a torque that is late lets a drive yield the wrong way round.
+        Whether a fit is constrained to an angle that rises with the torque while every operator
+        sticks, as a controller requires. Recordings may violate this: torque from the motor current
+        is not the output torque, and a delayed torque causes apparent negative compliance.
     deviations : ndarray
         Of each run, see `DEVIATIONS`.
     measured : ndarray
         Lost motion that is fitted, arc seconds.
     outlier : ndarray of bool
-        Samples that were set aside.
+        Samples set aside.
     noise_arcsec : float
-        Root mean square within runs, as far as it is known; laws between runs are held by it.
+        Noise within runs, rms, if known; used for the prior of laws between runs.
     """
 
     conditions: Conditions
@@ -94,7 +94,7 @@ class BaselineModel:
     rises: bool = False
 
     def __repr__(self) -> str:
-        """Describe what it is made of; its numbers fill screens."""
+        """Summarise the model."""
         names = ", ".join(term.effect.name for term in self.terms)
         return (
             f"<BaselineModel{' with ' + names if names else ''} over {self.conditions.campaign!r}>"
@@ -111,24 +111,24 @@ class BaselineModel:
         self.noise_arcsec = 1.0
 
     def begin_from(self, lost_motion: FloatArray) -> None:
-        """Begin with the slopes of a lost motion, see `TorsionCurve.begin_from`."""
+        """Start with the slopes of a lost motion, see `TorsionCurve.begin_from`."""
         self.curve.begin_from(self.conditions, lost_motion, self.sheet)
 
     def begin_outside(self) -> None:
-        """Begin a fit with friction in series with the elasticity alone."""
+        """Start a fit with friction only in series with the spring."""
         self.curve.slopes = np.full(self.curve.slopes.size, self.curve.mean_slope)
         self.hysteresis.take_inside_out()
         self.hysteresis.allow_outside()
 
     @property
     def has_effects(self) -> bool:
-        """Whether there is an effect whose form may leave something over: no slipped tooth."""
+        """Whether there is an effect of possibly inexact form (not slipped teeth)."""
         return any(term.free for term in self.terms)
 
     # --- prediction ------------------------------------------------------------------------------
 
     def driven(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """What acts: torque, scale of half widths, operators, and torque that friction leaves."""
+        """Torque, scale of half widths, operators, and torque minus friction in parallel."""
         c = self.conditions
         torque = c.torque
         zero = np.zeros(c.rows)
@@ -147,7 +147,7 @@ class BaselineModel:
     def angles(
         self, torque: FloatArray, plays: FloatArray, wound: FloatArray, backbone: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Elastic angle, and the whole."""
+        """Elastic angle and total angle."""
         c = self.conditions
         elastic = stiffness_factor(self.deviations)[c.run_of] * backbone
         elastic += self.deviations[:, GAP][c.run_of] * gap_closed(wound, self.rated_torque_Nm)
@@ -162,7 +162,7 @@ class BaselineModel:
         return elastic, angle
 
     def at(self) -> Point:
-        """Evaluate the model; offsets of the runs are left out."""
+        """Evaluate the model without the offsets of the runs."""
         torque, width, plays, wound = self.driven()
         backbone = self.curve.angle(wound)
         stiffness = stiffness_factor(self.deviations)[self.conditions.run_of]
@@ -176,7 +176,7 @@ class BaselineModel:
         return self.angles(torque, plays, wound, self.curve.angle(wound))[1]
 
     def residual(self, point: Point | None = None) -> FloatArray:
-        """Measured minus model with the offset of each run taken off, arc seconds."""
+        """Measured minus model without the offset of each run, arc seconds."""
         c = self.conditions
         difference = self.measured - (self.angle() if point is None else point.angle)
         return np.asarray(difference - c.run_mean(difference)[c.run_of])
@@ -186,7 +186,7 @@ class BaselineModel:
     def fixed_columns(self, point: Point, more: int = 0) -> FloatArray:
         """Derivatives of the angle by the parameters, arc seconds per unit.
 
-        Column by column in memory, with `more` empty rows at the end for whoever adds some.
+        Contiguous columns, with `more` empty rows at the end.
         """
         blocks = placed(self.blocks())
         whole = np.empty((self.conditions.rows + more, blocks[-1][1].stop), order="F")
@@ -208,17 +208,16 @@ class BaselineModel:
         return np.asarray((up - down) / (high[index] - low[index]))
 
     def with_values(self, term: Term, values: FloatArray) -> BaselineModel:
-        """The same model, but for the values of one of its terms: to be evaluated, not fitted."""
+        """The same model except for the values of one term: to be evaluated, not fitted."""
         other = copy.copy(self)
         other.terms = [Term(t.effect, values, t.free) if t is term else t for t in self.terms]
         return other
 
     def run_columns(self, point: Point) -> FloatArray:
-        """Derivatives by what a run has of its own: `DEVIATIONS`, then the offset.
+        """Derivatives by the deviations of a run: `DEVIATIONS`, then the offset.
 
-        Those of stiffness and friction are by the logarithm: what all runs have more of one is then
-        exactly a change of the baseline, and a shape that holds a constant learns nothing of the
-        deviations at which it is examined.
+        Those of stiffness and friction are by the logarithm, so that a common deviation is exactly
+        a change of the baseline model, and a constant shape does not depend on the deviations.
         """
         return side_by_side(
             point.stiffness * point.backbone,
@@ -230,7 +229,7 @@ class BaselineModel:
     # --- parameters ------------------------------------------------------------------------------
 
     def blocks(self) -> list[Block]:
-        """Blocks of the parameter vector in its order: all that is stated of a parameter."""
+        """Blocks of the parameter vector in order, with everything about a parameter."""
         c, hysteresis = self.conditions, self.hysteresis
         started = cache(hysteresis.started)
         shares, envelope = hysteresis.inside_blocks()
@@ -252,7 +251,7 @@ class BaselineModel:
         return [name for block in self.blocks() for name in block.names]
 
     def places_of(self, owner: object) -> list[slice]:
-        """Places among the parameters of what belongs to a term, or to the start states."""
+        """Places of the parameters of a term, or of the start states."""
         return [places for block, places in placed(self.blocks()) if block.of is owner]
 
     def start_places(self) -> list[slice]:
@@ -264,7 +263,7 @@ class BaselineModel:
         return self.places_of(term)[0]
 
     def filed_places(self) -> dict[Filed, slice]:
-        """Places among the parameters of what a drive file keeps of the baseline model."""
+        """Places of the parameters that a drive file stores."""
         return {block.filed: places for block, places in placed(self.blocks()) if block.filed}
 
     def vector(self) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -277,7 +276,7 @@ class BaselineModel:
         return x, low, high
 
     def set_vector(self, x: FloatArray) -> None:
-        """Take over free parameters."""
+        """Set the free parameters."""
         for block, places in placed(self.blocks()):
             block.put(x[places].copy())
         self.hysteresis.limit_shares()
@@ -285,7 +284,7 @@ class BaselineModel:
             self.hysteresis.limit_outside(self.curve.slopes)
 
     def precision(self) -> FloatArray:
-        """Prior precision of the columns of `fixed_columns` about where they are."""
+        """Prior precision of the columns of `fixed_columns` at their present values."""
         return np.concatenate([block.precision for block in self.blocks()])
 
     # --- fit -------------------------------------------------------------------------------------
@@ -297,20 +296,20 @@ class BaselineModel:
         rows: npt.NDArray[np.bool_] | None = None,
         tolerance: float = TOLERANCE,
     ) -> Solution:
-        """Least squares with the offsets of the runs free; the deviations stay as they are.
+        """Least squares with free offsets of the runs; the deviations are kept.
 
-        It is done in variables in which what may stick are bounds (`Sticking`).
+        It uses variables in which the sticking limits are bounds (`Sticking`).
 
         Parameters
         ----------
         noise : float
-            Noise in arc seconds, against which the prior counts.
+            Noise in arc seconds, the weight of the prior.
         steps : int
             Largest number of evaluations.
         rows : ndarray of bool, optional
-            Samples that count; memory runs through all of them.
+            Samples used in the fit; the state is computed through all of them.
         tolerance : float
-            Relative fall of the cost below which the fit ends.
+            Relative decrease of the cost below which the fit ends.
         """
         c = self.conditions
         sticking = Sticking(self.filed_places(), self.hysteresis.knee_Nm, self.rises)
@@ -354,9 +353,9 @@ class BaselineModel:
         return solution
 
     def first_fit(self, steps: int = 25, rows: npt.NDArray[np.bool_] | None = None) -> Solution:
-        """Fit a model that has not been fitted, from several starts; the lowest error counts.
+        """Fit an unfitted model from several starts; the lowest error counts.
 
-        One that holds numbers of a fitted drive file starts from these alone.
+        A model from a fitted drive file starts only from its values.
         """
         unfitted = self.hysteresis.unfitted
         best, best_x = self.fit(steps=steps, rows=rows), self.vector()[0]
@@ -371,7 +370,7 @@ class BaselineModel:
         return best
 
     def copy(self) -> BaselineModel:
-        """A model that can be fitted apart from this one."""
+        """An independent copy of the model."""
         other = copy.copy(self)
         other.curve, other.hysteresis = self.curve.copy(), self.hysteresis.copy()
         other.terms = [term.copy() for term in self.terms]
@@ -380,9 +379,9 @@ class BaselineModel:
         return other
 
     def over(self, conditions: Conditions) -> BaselineModel:
-        """The same model over other recordings, with nothing of single runs: to be evaluated.
+        """The same model for other recordings, without deviations of runs: to be evaluated.
 
-        Friction begins at rest in each of their sessions.
+        Friction starts at rest in each session.
         """
         other = self.copy()
         other.conditions = conditions
@@ -395,7 +394,7 @@ class BaselineModel:
         return other
 
     def with_planned(self, conditions: Conditions) -> BaselineModel:
-        """The same model over its recordings with planned runs behind them, which measure nothing.
+        """The same model for its recordings followed by planned runs without measurements.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""What each run has of its own in the baseline model: its stiffness, its friction, its gap."""
+"""Deviations of each run in the baseline model: stiffness, friction and gap."""
 
 from __future__ import annotations
 
@@ -32,5 +32,5 @@ def stiffness_factor(deviations: FloatArray) -> FloatArray:
 
 
 def gap_closed(wound: FloatArray, rated_torque_Nm: float) -> FloatArray:
-    """How far a gap is taken up by a torque, -1 to 1."""
+    """Share of a gap that a torque has closed, -1 to 1."""
     return np.asarray(np.tanh(wound / (GAP_CLOSES * rated_torque_Nm)))

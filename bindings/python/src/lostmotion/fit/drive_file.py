@@ -1,4 +1,4 @@
-"""The baseline model of a drive over its recordings, and the effects that a drive file carries."""
+"""The baseline model of a drive for its recordings, and the effects in a drive file."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def term_from(table: Mapping[str, Any], effects: Mapping[str, Effect], file: str
 
 
 def require_within_bounds(drive: Drive, effects: Mapping[str, Effect]) -> None:
-    """Refuse a drive file with an effect that a bound has stopped."""
+    """Refuse a drive file with an effect that is limited by a bound."""
     for table in drive.effects:
         if table["name"] in effects or "formula" in table:
             term = term_from(table, effects, drive.file)
@@ -57,7 +57,7 @@ def require_within_bounds(drive: Drive, effects: Mapping[str, Effect]) -> None:
 
 
 def refuse_bound(file: str, effect: Effect, values: FloatArray) -> None:
-    """Refuse values of an effect that a bound has stopped."""
+    """Refuse values of an effect that are limited by a bound."""
     stopped = effect.stopped_at_bound(values)
     if stopped:
         known = next(value for value in effect.values if value.name == stopped[0])
@@ -67,7 +67,7 @@ def refuse_bound(file: str, effect: Effect, values: FloatArray) -> None:
 
 
 def written_effects(drive: Drive) -> dict[str, Effect]:
-    """Effects of a drive file that holds their formulas."""
+    """Effects that a drive file contains as formulas."""
     return {
         table["name"]: written_formula(table["formula"], table["name"])
         for table in drive.effects
@@ -76,7 +76,7 @@ def written_effects(drive: Drive) -> dict[str, Effect]:
 
 
 def restore(drive: Drive, base: BaselineModel, effects: Mapping[str, Effect]) -> None:
-    """Put the numbers of a fitted drive file into a baseline model."""
+    """Set a baseline model to the values of a fitted drive file."""
     base.terms = [term_from(table, effects, drive.file) for table in drive.effects]
     knots, radii = fit_values(drive, KNOT), fit_values(drive, PLAY_RADIUS)
     if knots.size == 0 or radii.size == 0:
@@ -91,7 +91,7 @@ def restore(drive: Drive, base: BaselineModel, effects: Mapping[str, Effect]) ->
 def make_base(
     drive: Drive, campaign: Campaign, backbone: Backbone | None, effects: Mapping[str, Effect]
 ) -> BaselineModel:
-    """Make the baseline model of a drive over a campaign, with what the file says of it already."""
+    """Make the baseline model of a drive for a campaign, with the fit and effects of its file."""
     campaign.require_variation()
     base = BaselineModel(Conditions(campaign), drive.rated_torque_Nm, backbone)
     restore(drive, base, effects)
@@ -101,7 +101,7 @@ def make_base(
 
 
 def require_plan(campaign: Campaign) -> None:
-    """Refuse runs that are too few samples for the baseline model, or whose torque is at rest."""
+    """Refuse runs with too few samples for the baseline model, or with constant torque."""
     file = campaign.runs[0].file
     if campaign.rows < SAMPLES_LEAST:
         raise InputError(file, "", f"{campaign.rows} samples", f"at least {SAMPLES_LEAST}")
@@ -109,13 +109,13 @@ def require_plan(campaign: Campaign) -> None:
 
 
 def require_samples(campaign: Campaign) -> None:
-    """Refuse what `require_plan` does, and a lost motion that is at rest in every run."""
+    """Like `require_plan`, and refuse a lost motion that is constant in every run."""
     require_plan(campaign)
     campaign.require_variation()
 
 
 def require(effect: Effect, conditions: Conditions) -> None:
-    """Refuse an effect whose columns are not there."""
+    """Refuse an effect whose columns are missing."""
     missing = missing_columns(effect, conditions)
     if missing:
         raise InputError(

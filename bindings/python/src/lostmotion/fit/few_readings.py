@@ -1,9 +1,9 @@
-"""A baseline model from few readings: as many values as they carry, and how far each is known.
+"""A baseline model from few readings: as many values as they determine, with errors.
 
-A torque wrench and a dial gauge give 5 to 30 readings. They carry one to three slopes and one width
-of the loop (`lostmotion.characterize`), not the compliances and operators of a fit to a log. The
-values are put into a baseline model, in the form in which a drive file keeps it: the slopes on its
-knots, the width as one play operator in series with the spring.
+A torque wrench and a dial gauge give 5 to 30 readings. They determine one to three slopes and one
+loop width (`lostmotion.characterize`), not the compliances and operators of a fit to a log. The
+values are stored in a baseline model in the form of a drive file: slopes between its knots, and the
+width as one play operator in series with the spring.
 """
 
 from __future__ import annotations
@@ -57,9 +57,9 @@ class FewReadings:
     fit : CurveFit
         The values with their covariance.
     samples : Samples
-        The readings on loops that they are from.
+        The readings on loops that were used.
     operator : int
-        Which of the baseline's operators carries the width.
+        Index of the operator with the width.
     """
 
     base: BaselineModel
@@ -76,14 +76,14 @@ class FewReadings:
 
     @property
     def error_arcsec(self) -> float:
-        """Standard deviation of a reading, by what the values leave."""
+        """Standard deviation of a reading, from the residual."""
         squares = float(self.fit.residual_rad @ self.fit.residual_rad)
         return float(np.sqrt(squares / self.fit.dof)) / ARCSEC
 
     def heldout(self) -> FloatArray:
-        """Residual of every reading under values that it has no part in, arc seconds.
+        """Leave-one-out residual of every reading, arc seconds.
 
-        Readings that are on no loop have no part in them anyway.
+        Readings outside loops are never used in the fit.
         """
         residual = self.base.residual()
         rows = self.samples.rows
@@ -91,7 +91,7 @@ class FewReadings:
         return residual
 
     def table(self) -> tuple[list[str], FloatArray, FloatArray]:
-        """Values by the names of a drive file, and their covariance; chosen ones have none."""
+        """Values by the names of a drive file, and their covariance; fixed values have none."""
         curve, fit = self.base.curve, self.fit
         stretches = curve.slopes.size
         kept = [(filed, filed.of(self.base)) for filed in TABLE]
@@ -109,18 +109,18 @@ class FewReadings:
 
 
 def stretch_of(knots_Nm: FloatArray, kinks_Nm: FloatArray) -> npt.NDArray[np.intp]:
-    """Which slope of a curve each stretch between knots has, and that beyond the last."""
+    """Index of the slope of each segment between knots, and beyond the last."""
     begins = np.concatenate(([0.0], knots_Nm))
     return np.searchsorted(kinks_Nm, begins, side="right").astype(np.intp)
 
 
 def fit_few_readings(base: BaselineModel) -> FewReadings | None:
-    """Set a baseline model from few readings; None where they carry no slope.
+    """Set a baseline model from few readings; None if they determine no slope.
 
     Parameters
     ----------
     base : BaselineModel
-        Over the readings; it gets the values.
+        Model of the readings; it receives the values.
     """
     samples = collect(base.conditions.campaign)
     fit, _ = torsion_curve(samples)

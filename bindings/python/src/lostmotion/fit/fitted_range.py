@@ -1,4 +1,4 @@
-"""What a fit has seen, and how far a prediction goes beyond it."""
+"""Fitted ranges, and the extrapolation of a prediction beyond them."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ LEAST_BEYOND = 1.01
 def fitted_ranges(
     conditions: Conditions, rows: npt.NDArray[np.bool_] | None = None
 ) -> dict[str, list[float]]:
-    """Least and greatest of what samples have, all of them by default, by the keys of a fit."""
+    """Ranges of the samples, by default of all, by the keys of a fit."""
     found = {}
     for key in FIT_RANGES:
         column = conditions.columns.get(key.replace("rad_per_s", "rad_s"))
@@ -37,15 +37,15 @@ def fitted_ranges(
 def beyond(
     fitted: Mapping[str, Sequence[float]], predicted: Mapping[str, Sequence[float]]
 ) -> dict[str, float | None]:
-    """How far a prediction goes beyond what was fitted, in times its range.
+    """Extrapolation of a prediction, in multiples of the fitted range.
 
-    1.5: half as far again from the middle of the fitted range as that reaches. None: it was fitted
-    at one value alone, and is predicted at another.
+    1.5: 1.5 times the half range away from the middle of the fitted range. None: fitted at only one
+    value, and predicted at another.
 
     Returns
     -------
     dict
-        By torque, temperature and speed; only what is beyond.
+        By torque, temperature and speed; only where extrapolated.
     """
     found: dict[str, float | None] = {}
     for key, name in BEYOND.items():
@@ -62,7 +62,7 @@ def beyond(
 
 
 def in_words(factors: Mapping[str, float | None]) -> str:
-    """Say it: ``1.6 times the fitted range of torque, temperature fitted at one value only``."""
+    """Return ``1.6 times the fitted range of torque, temperature fitted at one value only``."""
     return ", ".join(
         f"{name} fitted at one value only"
         if times is None

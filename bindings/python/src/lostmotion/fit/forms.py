@@ -1,7 +1,7 @@
 """A fitted baseline model in another form of the hysteresis.
 
-Forms are nested, and operators have kinks: a fit to a large form ends in whatever minimum is near
-its start. It starts from the better one of the forms within it, which it can only improve.
+Forms are nested, and operators have kinks: a fit of a large form converges to the minimum nearest
+its start. It starts from the best of the forms that it contains, which it can only improve.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ STEPS = 25
 
 
 def friction_form(base: BaselineModel) -> Friction:
-    """Form that a model has."""
+    """Form of a model."""
     hysteresis = base.hysteresis
     parts = {
         "parallel": hysteresis.parallel,
@@ -36,7 +36,7 @@ def in_form(
     rows: npt.NDArray[np.bool_] | None = None,
     known: Mapping[Friction, BaselineModel] | None = None,
 ) -> BaselineModel:
-    """Fit a model in another form; itself where it has that already.
+    """Fit a model in another form; returns it unchanged if it already has that form.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ def in_form(
     rows : ndarray of bool, optional
         Samples that count.
     known : mapping, optional
-        Fits of other forms that are there already.
+        Existing fits of other forms.
     """
     given = friction_form(base)
     if form == given:
@@ -75,9 +75,9 @@ def in_form(
 
 
 def leads_to(given: Friction, form: Friction) -> bool:
-    """Whether a model in one form can be fitted in another: what it has is kept.
+    """Whether a model in one form can be fitted in another without losing parts.
 
-    Friction in parallel alone, which every model begins with, can be removed again.
+    Friction in parallel alone, with which every model starts, can be removed.
     """
     return PARTS[given] <= PARTS[form] or given == FORMS[0]
 

@@ -1,9 +1,9 @@
-"""Leave-one-run-out error: every run under a fit to the others.
+"""Leave-one-run-out error: every run is predicted by a fit to the others.
 
-What a run changes of one linear step comes close to it. Only parameters that are free take the
-step, and none leaves its bounds; those at a bound stay there. Where the step predicts a run clearly
-worse than the fit to all, it may have gone too far, and the others are fitted in truth. Offsets are
-each run's own, because the zero of an encoder is arbitrary.
+One linear step from the fit to all runs approximates it. Only free parameters take the step, within
+their bounds; those at a bound are kept. If the step predicts a run clearly worse than the fit to
+all, it may be too large, and the other runs are refitted. Each run has its own offset, because the
+zero of an encoder is arbitrary.
 """
 
 from __future__ import annotations
@@ -36,10 +36,10 @@ RIDGE = 1e-9
 
 
 class LeftOut:
-    """Prediction of samples that are left out of the fit, whole pieces at a time.
+    """Prediction of samples that are left out of the fit, in whole pieces.
 
-    What belongs to a recording alone is its own here too: its offset, and where the operators stood
-    before it, where a session begins with it.
+    Parameters that belong to one recording are still estimated from it: its offset, and the initial
+    states of the operators if a session begins with it.
 
     Parameters
     ----------
@@ -97,14 +97,14 @@ class LeftOut:
         self.own = own_states(base, self.pieces)
 
     def normal_without(self, group: Sequence[int]) -> tuple[IntArray, FloatArray]:
-        """Unknowns of a fit to the pieces beside a group, and their normal matrix."""
+        """Unknowns of a fit to the pieces outside a group, and their normal matrix."""
         held = np.isin(np.flatnonzero(self.free), np.concatenate([self.own[i] for i in group]))
         kept = np.flatnonzero(~held)
         normal = self.whole - self.gram[group].sum(axis=0)
         return kept, normal[np.ix_(kept, kept)]
 
     def step_without(self, group: Sequence[int]) -> FloatArray:
-        """Step of the unknowns, in units of their columns, to where the other pieces want them."""
+        """Step of the unknowns, in units of their columns, to the optimum of the other pieces."""
         # Nothing pulls at a fit to all: what the others want is what the pieces do not.
         kept, normal = self.normal_without(group)
         least, most = self.least[kept], self.most[kept]
@@ -119,11 +119,11 @@ class LeftOut:
         return [self.out[at] - self.fixed[at] @ step for at in self.pieces_of(group)]
 
     def refitted(self, group: Sequence[int]) -> list[FloatArray]:
-        """Residual of a group's pieces under a fit to the others in truth."""
+        """Residual of a group's pieces after refitting the others."""
         return residual_without(self.base, self.pieces_of(group), self.rows)
 
     def residual(self, group: Sequence[int], refits: bool = True) -> list[FloatArray]:
-        """Residual of a group's pieces; refitted where the step may have gone too far."""
+        """Residual of a group's pieces; refitted if the step may be too large."""
         left = self.stepped(group)
         before = np.sqrt(sum(float(self.out[at] @ self.out[at]) for at in self.pieces_of(group)))
         if refits and np.linalg.norm(np.concatenate(left)) > DOUBTFUL * before:
@@ -142,17 +142,17 @@ def held_out_residual(
     groups: Sequence[Sequence[int]] | None = None,
     refits: bool = True,
 ) -> FloatArray:
-    """Residual of every sample under a fit without its piece, arc seconds.
+    """Residual of every sample for a fit without its piece, arc seconds.
 
     Parameters
     ----------
     base, starts, rows
         See `LeftOut`.
     groups : sequence, optional
-        Numbers of pieces that are left out together; by default each alone. Those of no group keep
+        Numbers of pieces that are left out together; by default each alone. Pieces of no group have
         the residual of the fit to all.
     refits : bool
-        Whether the others are fitted in truth where the step may have gone too far.
+        Whether the others are refitted if the step may be too large.
     """
     left = LeftOut(base, starts, rows)
     out = left.out.copy()
@@ -163,7 +163,7 @@ def held_out_residual(
 
 
 def own_states(base: BaselineModel, pieces: Sequence[slice]) -> list[IntArray]:
-    """Places of the start states among the parameters that belong to each piece alone."""
+    """Places of the start states that belong to a single piece, by piece."""
     out = [np.zeros(0, dtype=np.intp) for _ in pieces]
     for session, places in zip(base.hysteresis.sessions, base.start_places(), strict=True):
         piece = next(i for i, at in enumerate(pieces) if at.stop > session.start)
@@ -174,9 +174,9 @@ def own_states(base: BaselineModel, pieces: Sequence[slice]) -> list[IntArray]:
 def residual_without(
     base: BaselineModel, ats: Sequence[slice], rows: npt.NDArray[np.bool_] | None
 ) -> list[FloatArray]:
-    """Residual of pieces, arc seconds, under a fit to the samples beside them, from the fit to all.
+    """Residual of pieces, arc seconds, for a fit to the other samples, started from the fit to all.
 
-    `rows` are those of `held_out_residual`; the mean of each piece is taken off.
+    `rows` are those of `held_out_residual`; the mean of each piece is subtracted.
     """
     others = np.ones(base.conditions.rows, dtype=np.bool_) if rows is None else rows.copy()
     for at in ats:

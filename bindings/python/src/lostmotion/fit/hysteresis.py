@@ -3,14 +3,14 @@
     U = T + A sgn(T) (1 - 1 / (1 + t + t^2)),   t = |T| / K
 
 The operators z_i follow the envelope U within half widths ``R_i = r_i + eta_i |U|``. Friction in
-parallel with the elasticity sticks by the angle: until its contacts slip it holds most of the
-torque where the drive is soft, about no torque, and there the envelope rises most. Loops of one
-size hardly tell; small ones beside large ones do. Friction in series with the elasticity, and
-operators whose half width grows with the load, are off unless the recordings require them
-(`fit.forms`).
+parallel with the spring sticks in proportion to the angle: until its contacts slip, it carries most
+of the torque where the drive is soft, near zero torque, and there the envelope is steepest. Loops
+of one size hardly identify it; small and large loops together do. Friction in series with the
+spring, and operators whose half width grows with the load, are used only if the recordings require
+them (`fit.forms`).
 
 The angle of a drive rises with the torque: while every operator sticks, friction in parallel and in
-series together leave some of the torsion curve's compliance.
+series must leave some compliance of the torsion curve.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ KNEE_FILED = Filed("hysteresis.knee_Nm", PLAY_KNEE, "play_envelope_knee_Nm")
 
 
 def envelope(torque: FloatArray, more_Nm: float, knee_Nm: float) -> FloatArray:
-    """What the operators follow, N m: ``U = T + A sgn(T) (1 - 1 / (1 + t + t^2))``.
+    """Envelope that the operators follow, N m: ``U = T + A sgn(T) (1 - 1 / (1 + t + t^2))``.
 
     Parameters
     ----------
@@ -124,9 +124,9 @@ def operator_columns(
     Parameters
     ----------
     radius_Nm, widening : ndarray
-        Half widths at no torque, and their growth.
+        Half widths at zero torque, and their growth.
     followed : ndarray
-        What they follow, see `envelope`.
+        Input of the operators, see `envelope`.
     width : ndarray
         Scale of the half widths at every sample.
     """
@@ -148,9 +148,9 @@ def operator_columns(
 
 
 def start_columns(radius_Nm: FloatArray, widening: FloatArray, followed: FloatArray) -> FloatArray:
-    """Derivatives of the differences by where each operator stood before the first sample.
+    """Derivatives of the differences by the initial state of each operator.
 
-    Over the first run of a session; by states in half widths.
+    Over the first run of a session; states in half widths.
     """
     high, low = (run_plays(radius_Nm, followed, state, widening) for state in (0.5, -0.5))
     return high - low
@@ -178,29 +178,29 @@ def moved_before(
 
 @dataclass
 class Hysteresis:
-    """Play operators over one campaign: friction in parallel, and in series where asked.
+    """Play operators for one campaign: friction in parallel, and optionally in series.
 
     Attributes
     ----------
     conditions : Conditions
         Of the campaign.
     radius_Nm : ndarray
-        Half widths at no torque.
+        Half widths at zero torque.
     shares : ndarray
-        Share of the torque that each operator takes.
+        Share of the torque that each operator carries.
     knee_Nm, envelope_Nm : float
-        How much further than the torque the envelope goes under load (`envelope_Nm`), and where
+        Excess of the envelope over the torque under load (`envelope_Nm`), and the torque at which
         two thirds of it are reached.
     start : ndarray
-        Where each operator stood before the first sample, in half widths from the torque there; a
-        row for each session.
+        Initial state of each operator, in half widths from the torque; one row per session.
     outside : ndarray or None
-        Compliance of each operator in series, arc seconds a N m; None: there is none.
+        Compliance of each operator in series, arc seconds per N m; None if there is no such
+        friction.
     widening : ndarray or None
-        Growth of each half width per torque; None: they do not grow.
+        Growth of each half width per torque; None if constant.
     parallel : bool
-        Whether friction in parallel with the elasticity takes part in the fit; where it does not,
-        its shares and the envelope are zero.
+        Whether friction in parallel with the spring is fitted; if not, its shares and the envelope
+        are zero.
     """
 
     conditions: Conditions
@@ -217,7 +217,7 @@ class Hysteresis:
     def of_recordings(
         cls, conditions: Conditions, largest_Nm: float, rated_torque_Nm: float
     ) -> Hysteresis:
-        """Half widths spaced over the recorded torques, with what a first fit starts from."""
+        """Half widths spaced over the recorded torques, with start values for a first fit."""
         knee = ENVELOPE_KNEE * rated_torque_Nm
         made = cls(
             conditions,
@@ -237,13 +237,13 @@ class Hysteresis:
 
     @property
     def sessions(self) -> list[slice]:
-        """Rows within which friction's memory continues."""
+        """Rows of each session, within which the friction state continues."""
         c = self.conditions
         begins = [int(c.starts[run]) for run in c.campaign.sessions()]
         return [slice(a, b) for a, b in pairwise([*begins, c.rows])]
 
     def over(self, conditions: Conditions) -> None:
-        """Go on over recordings that begin as these do; a session more begins at rest."""
+        """Extend to recordings that begin with these; further sessions start at rest."""
         self.conditions = conditions
         start = np.zeros((len(self.sessions), self.count))
         start[: len(self.start)] = self.start
@@ -251,16 +251,16 @@ class Hysteresis:
 
     @property
     def unfitted(self) -> bool:
-        """Whether it holds no numbers of a fit yet."""
+        """Whether it has not been fitted."""
         return bool(np.all(self.shares == FIRST_SHARES[0]))
 
     @property
     def rise(self) -> float:
-        """Slope of the envelope at no torque, where it is greatest."""
+        """Slope of the envelope at zero torque, its maximum."""
         return 1.0 + self.envelope_Nm / self.knee_Nm
 
     def begin(self, share: float, rise: float) -> None:
-        """Begin a fit anew.
+        """Reset for a new fit.
 
         Parameters
         ----------
@@ -274,18 +274,18 @@ class Hysteresis:
         self.envelope_Nm = rise * self.knee_Nm
 
     def allow_outside(self) -> None:
-        """Let friction in series with the elasticity take part in the fit, from none on."""
+        """Include friction in series with the spring in the fit, starting from zero."""
         if self.outside is None:
             self.outside = np.zeros(self.count)
 
     def take_inside_out(self) -> None:
-        """Take friction in parallel with the elasticity out of the fit."""
+        """Exclude friction in parallel with the spring from the fit."""
         self.parallel = False
         self.shares = np.zeros(self.count)
         self.envelope_Nm = 0.0
 
     def allow_load(self) -> None:
-        """Let operators whose half width grows with the load take part in the fit, from none on."""
+        """Include the growth of half widths with the load in the fit, starting from zero."""
         if self.widening is not None:
             return
         more, none = np.geomspace(*LOAD_RANGE, LOAD_PLAYS), np.zeros(LOAD_PLAYS)
@@ -302,7 +302,7 @@ class Hysteresis:
         return np.zeros(self.count) if self.widening is None else self.widening
 
     def fill_up(self) -> None:
-        """Give every operator a start state, after others have been put in."""
+        """Add start states for added operators."""
         self.parallel = self.outside is None or bool(np.any(self.shares))
         if self.start.shape[1] != self.count:
             self.start = np.zeros((len(self.start), self.count))
@@ -324,7 +324,7 @@ class Hysteresis:
         return list(moved_before(followed, self.radius_Nm, self.growth, self.sessions, c.starts))
 
     def add(self, out: FloatArray, plays: FloatArray, weights: FloatArray) -> None:
-        """Add what the operators give, each with its weight, to `out`; start states included."""
+        """Add the weighted operators to `out`, including start states."""
         out += plays @ weights
         if np.any(self.start):
             for (at, moved), start in zip(self.started(), self.start, strict=True):
@@ -336,7 +336,7 @@ class Hysteresis:
         return np.asarray(column if self.outside is None else column + change @ self.outside)
 
     def by_envelope(self, point: Point) -> FloatArray:
-        """Derivative of the angle by how far the envelope goes."""
+        """Derivative of the angle by the envelope excess."""
         step = RADIUS_STEP * self.knee_Nm
         low, high = max(self.envelope_Nm - step, 0.0), self.envelope_Nm + step
         change = self.columns(point.torque, point.width, high)
@@ -353,11 +353,11 @@ class Hysteresis:
     # --- its parameters --------------------------------------------------------------------------
 
     def inside_blocks(self) -> tuple[list[Block], list[Block]]:
-        """Shares, and the envelope, where friction in parallel takes part."""
+        """Shares and envelope, if friction in parallel is fitted."""
         return ([self.shares_block()], [self.envelope_block()]) if self.parallel else ([], [])
 
     def shares_block(self) -> Block:
-        """Shares; that not all torque may stick is `held_back`."""
+        """Shares; `held_back` limits the share of the torque that may stick."""
 
         def fill(point: Point, out: FloatArray) -> None:
             np.multiply(point.slope[:, None], point.plays, out=out)
@@ -374,7 +374,7 @@ class Hysteresis:
         )
 
     def envelope_block(self) -> Block:
-        """How far the envelope goes: about the usual."""
+        """Envelope excess, with a prior at the usual value."""
         knee = self.knee_Nm
 
         def put(more_Nm: FloatArray) -> None:
@@ -396,12 +396,12 @@ class Hysteresis:
         )
 
     def start_blocks(self, started: Callable[[], Started]) -> list[Block]:
-        """Start states of each session, each within the operator's band.
+        """Start states of each session, each within the band of its operator.
 
         Parameters
         ----------
         started : callable
-            Gives `started`; computed once for all blocks.
+            Returns `started`; computed once for all blocks.
         """
 
         def put(session: int, state: FloatArray) -> None:
@@ -431,7 +431,7 @@ class Hysteresis:
         ]
 
     def outside_blocks(self, started: Callable[[], Started], mean_slope: float) -> list[Block]:
-        """Compliances of friction in series with the spring, where it takes part."""
+        """Compliances of friction in series with the spring, if fitted."""
         if self.outside is None:
             return []
 
@@ -454,13 +454,13 @@ class Hysteresis:
         ]
 
     def limit_shares(self) -> None:
-        """Scale the shares down to what may stick."""
+        """Scale the shares down to the sticking limit."""
         held = float(self.shares.sum()) * self.rise
         if held > SHARE_MAX:
             self.shares *= SHARE_MAX / held
 
     def limit_outside(self, slopes: FloatArray) -> None:
-        """Scale friction in series down to what the torsion curve's slopes leave it."""
+        """Scale friction in series down to the limit set by the slopes of the torsion curve."""
         if self.outside is not None:
             room = (STICKING_MAX - self.rise * float(self.shares.sum())) * float(slopes.min())
             taken = self.rise * float(self.outside.sum())
@@ -468,6 +468,6 @@ class Hysteresis:
                 self.outside *= room / taken
 
     def copy(self) -> Hysteresis:
-        """Operators that can be fitted apart from these."""
+        """Independent copy of the operators."""
         outside = None if self.outside is None else self.outside.copy()
         return replace(self, shares=self.shares.copy(), start=self.start.copy(), outside=outside)

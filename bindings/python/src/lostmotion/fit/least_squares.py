@@ -75,22 +75,22 @@ def bounded_least_squares(
     """Minimise a sum of squares in a box by damped Gauss-Newton steps on the normal equations.
 
     Each step solves its quadratic model within the box exactly, so bounds become active and
-    inactive as they should. Only matrices as large as the number of unknowns are factored; the
-    samples are touched by one product each step.
+    inactive as they should. Only matrices of the size of the unknowns are factored; each step uses
+    the samples in one product.
 
     Parameters
     ----------
     evaluate : callable
-        Gives the residuals and their Jacobian at a point; the Jacobian as it is, or a function that
-        makes it, which is called before the next point and only where a step is taken.
+        Returns the residuals and their Jacobian at a point; the Jacobian as an array, or as a
+        function that is called only if the point is accepted, before the next one.
     start, low, high : ndarray
         Starting point and box; `start` is clipped into it.
     tolerance : float
-        Relative fall of the cost below which the search ends.
+        Relative decrease of the cost below which the search ends.
     steps : int
         Largest number of evaluations.
     limit : SumLimit, optional
-        Of unknowns that are not negative; the starting point is scaled down to it.
+        Limit of nonnegative unknowns; the starting point is scaled down to it.
     """
     x = np.clip(start, low, high)
     if limit is not None and (total := float(x[limit.places].sum())) > limit.most:
@@ -155,8 +155,7 @@ def solve_within(
     damping : float
         Added to the diagonal, in its own units.
     limit : SumLimit, optional
-        Unknowns that add up to at most a number: less is taken of each (its Lagrange multiplier)
-        until they do.
+        Limit of a sum of unknowns, enforced by a Lagrange multiplier.
     """
     diagonal = np.diag(normal)
     floor = LEAST_DIAGONAL * max(float(diagonal.max()), 1e-300)
@@ -211,9 +210,9 @@ def pivoted(
 ) -> FloatArray | None:
     """Solve positive definite normal equations within a box by block principal pivoting.
 
-    All unknowns that leave the box are put on its bounds at once, and all that are drawn back are
-    freed (Judice and Pires, Computers & Operations Research 21 (1994) 587): a handful of small
-    factorisations. None where it goes round in circles, or a part does not factor.
+    All unknowns that leave the box are set to its bounds at once, and all that return are freed
+    (Judice and Pires, Computers & Operations Research 21 (1994) 587): a few small factorisations.
+    None if it cycles, or if a part cannot be factored.
     """
     at_low, at_high = np.zeros(right.size, dtype=np.bool_), np.zeros(right.size, dtype=np.bool_)
     for _ in range(PIVOTS_MOST):

@@ -1,4 +1,4 @@
-"""What every result with a fitted model offers: parameters, residuals, predictions, figures."""
+"""Common interface of results with a fitted model: parameters, residuals, predictions, figures."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def amplitudes(angle_rad: FloatArray, residual: FloatArray, order: FloatArray) -
 class ModelResult:
     """A result that holds a fitted model.
 
-    A subclass states which model (`fitted_base`), and standard errors where it has them
+    A subclass provides the model (`fitted_base`) and, if available, standard errors
     (`errors_by_name`).
     """
 
@@ -88,11 +88,11 @@ class ModelResult:
 
     @property
     def residuals(self) -> FloatArray:
-        """Measured minus model of every sample, arc seconds, each run about its own zero."""
+        """Measured minus model of every sample, arc seconds, each run with its own offset."""
         return self.fitted_base().residual()
 
     def predict(self, data: Campaign | None = None) -> FloatArray:
-        """Lost motion of the model for recordings, rad, each run about its own zero.
+        """Lost motion of the model for recordings, rad, each run with its own offset.
 
         Parameters
         ----------
@@ -103,7 +103,7 @@ class ModelResult:
         Raises
         ------
         InputError
-            When a column is not there that an effect needs.
+            If a column that an effect needs is missing.
         """
         base = self.fitted_base()
         if data is not None:
@@ -119,7 +119,7 @@ class ModelResult:
         return np.asarray((angle - c.run_mean(angle)[c.run_of]) * ARCSEC)
 
     def samples(self) -> dict[str, Any]:
-        """Columns of every sample: what was recorded, the model and the residual."""
+        """Columns of every sample: recorded quantities, model and residual."""
         base = self.fitted_base()
         c, residual = base.conditions, base.residual()
         model = self.predict()
@@ -131,7 +131,7 @@ class ModelResult:
         }
 
     def to_dataframe(self) -> Any:
-        """Give a pandas data frame, a row a sample: recorded columns, model and residual."""
+        """Return a pandas data frame with one row per sample."""
         return data_frame(self.samples())
 
     def by_runs(self, column: FloatArray) -> Sequence[FloatArray]:
@@ -139,7 +139,7 @@ class ModelResult:
         return [column[at] for at in self.fitted_base().conditions.slices()]
 
     def plot(self) -> Any:
-        """Draw measured and modelled loops; a Plotly figure."""
+        """Plot measured and modelled loops (Plotly figure)."""
         columns, labels = self.samples(), self.fitted_base().conditions.labels
         torque, measured, model = (
             self.by_runs(columns[name]) for name in ("torque_Nm", "measured_arcmin", "model_arcmin")
@@ -147,7 +147,7 @@ class ModelResult:
         return figures.loops(torque, measured, model, labels)
 
     def plot_predicted(self) -> Any:
-        """Draw measured against predicted lost motion, run by run; a Plotly figure."""
+        """Plot measured against predicted lost motion, run by run (Plotly figure)."""
         columns, labels = self.samples(), self.fitted_base().conditions.labels
         measured, model = (
             self.by_runs(columns[name]) for name in ("measured_arcmin", "model_arcmin")
@@ -155,7 +155,7 @@ class ModelResult:
         return figures.predicted(model, measured, labels)
 
     def plot_residuals(self, against: str = "torque_Nm") -> Any:
-        """Draw the residual against a recorded column; a Plotly figure.
+        """Plot the residual against a recorded column (Plotly figure).
 
         Parameters
         ----------
@@ -175,7 +175,7 @@ class ModelResult:
         )
 
     def plot_spectrum(self, turns_of: str = "input", orders: float = ORDERS) -> Any:
-        """Draw the amplitude of the residual over orders of an angle; a Plotly figure.
+        """Plot the amplitude of the residual over orders of an angle (Plotly figure).
 
         Parameters
         ----------
@@ -197,7 +197,7 @@ class ModelResult:
         return figures.spectrum(order, amplitudes(angle, self.residuals, order), turns_of)
 
     def fit_report(self) -> str:
-        """Print the result and its parameters."""
+        """Return the report of the result and its parameters."""
         return f"{self!r}\n{self.params}"
 
     def _repr_html_(self) -> str:

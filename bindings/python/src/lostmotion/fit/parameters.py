@@ -1,8 +1,8 @@
-"""The parameter vector of the baseline model: blocks of values, and all that is known of each.
+"""The parameter vector of the baseline model, made of blocks.
 
-A block states its values, their bounds, what is known of them beforehand, the derivatives of the
-angle by them, and what they are called in a fitted drive file and in answers. Everything else walks
-the blocks: a new parameter of the model is one more block in `BaselineModel.blocks`.
+A block has its values, bounds, prior, the derivatives of the angle by the values, and their names
+in a fitted drive file and in answers. All other code iterates over the blocks: a new parameter of
+the model is another block in `BaselineModel.blocks`.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ IntArray = npt.NDArray[np.intp]
 
 @dataclass(frozen=True)
 class Filed:
-    """Values of the baseline model that a fitted drive file keeps.
+    """Values of the baseline model that a fitted drive file stores.
 
     Attributes
     ----------
@@ -38,7 +38,7 @@ class Filed:
     unit : float
         Unit of the attribute in that of the file.
     absent : float or None
-        What it is where a file has no such key; None: it stays what it was.
+        Value if a file has no such key; None: unchanged.
     """
 
     attribute: str
@@ -48,16 +48,16 @@ class Filed:
     absent: float | None = None
 
     def keys(self, count: int) -> list[str]:
-        """Keys of so many values."""
+        """Keys of a number of values."""
         return drives.row_names(self.key, count) if "{}" in self.key else [self.key]
 
     def of(self, model: Any) -> FloatArray:
-        """Values that a model has, in the unit of the file; none where it lacks them."""
+        """Values of a model, in the unit of the file; empty if it has none."""
         value = attrgetter(self.attribute)(model)
         return np.zeros(0) if value is None else np.atleast_1d(value) * self.unit
 
     def restore(self, model: Any, values: Mapping[str, Any]) -> None:
-        """Put what the ``[fit.values]`` of a drive file say into a model."""
+        """Set a model from the ``[fit.values]`` of a drive file."""
         found: FloatArray | float
         if "{}" in self.key:
             found = np.array(drives.numbered(values, self.key)) / self.unit
@@ -73,7 +73,7 @@ class Filed:
 
 @dataclass(frozen=True)
 class Prior:
-    """What is known of some values of a block before the recordings are seen.
+    """Prior of some values of a block.
 
     Attributes
     ----------
@@ -81,7 +81,7 @@ class Prior:
         Of the values, within the block.
     mean, sd : ndarray
     per_run : bool
-        The standard deviation is over the noise of a whole run; otherwise over that of a sample.
+        Whether the standard deviation is relative to the noise of a whole run, not of a sample.
     """
 
     places: IntArray
@@ -96,14 +96,14 @@ class Prior:
 
 @dataclass(frozen=True)
 class Block:
-    """Values of the parameter vector that stand side by side.
+    """Adjacent values of the parameter vector.
 
     Attributes
     ----------
     names : list of str
     value, low, high : ndarray
     precision : ndarray
-        Of what is known of the values where they are, for one linear step; 0: nothing.
+        Prior precision at the present values, for one linear step; 0: none.
     put : callable
         Takes over values.
     fill : callable
@@ -112,11 +112,11 @@ class Block:
     prior : Prior or None
         In a fit.
     filed : Filed or None
-        How a drive file keeps them; None: as `keys`.
+        How a drive file stores them; None: as `keys`.
     keys : list of str
-        In ``[fit.values]`` of a drive file; none where the values belong to the recordings alone.
+        Keys in ``[fit.values]`` of a drive file; empty if the values belong only to the recordings.
     of : object
-        What the block belongs to, where the model has several of a kind: a term, the start states.
+        Owner of the block if the model has several of a kind: a term, or the start states.
     """
 
     names: list[str]
@@ -138,7 +138,7 @@ class Block:
 
     @property
     def file_keys(self) -> Sequence[str]:
-        """Names of the values in ``[fit.values]``; none where a file does not keep them."""
+        """Names of the values in ``[fit.values]``; empty if a file does not store them."""
         return self.keys if self.filed is None else self.filed.keys(self.size)
 
     @property
@@ -159,12 +159,12 @@ def placed(blocks: Sequence[Block]) -> list[tuple[Block, slice]]:
 def prior_rows(
     blocks: Sequence[Block], x: FloatArray, noise: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Residuals and derivatives of what is known beforehand, arc seconds.
+    """Residuals and derivatives of the priors, arc seconds.
 
     Parameters
     ----------
     noise : float
-        Noise of a sample, arc seconds, against which it counts.
+        Noise of a sample, arc seconds, the weight of the prior.
     """
     residuals, wheres, weights = [], [], []
     for block, places in placed(blocks):

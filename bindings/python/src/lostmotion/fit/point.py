@@ -1,4 +1,4 @@
-"""The baseline model evaluated: everything that it gives at one set of parameters."""
+"""The evaluated baseline model at one set of parameters."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ FloatArray = npt.NDArray[np.float64]
 
 @dataclass
 class Point:
-    """Everything the model gives at one set of parameters, in arc seconds and N m.
+    """Results of the model at one set of parameters, in arc seconds and N m.
 
     Attributes
     ----------
     torque : ndarray
-        With what effects add to it.
+        Torque including torque effects.
     width : ndarray
         Scale of the half widths of the hysteresis operators.
     plays : ndarray
-        Differences ``z_i - U`` of the operators, a column each.
+        Differences ``z_i - U`` of the operators, one column each.
     wound : ndarray
-        Torque that friction leaves to the torsion curve.
+        Torque minus friction in parallel, the input of the torsion curve.
     stiffness : ndarray
         Factor of each run on the torsion curve.
     slope : ndarray

@@ -1,15 +1,15 @@
-"""The bounds of what sticks, as a fit sees them.
+"""The limits of sticking friction as bounds of a fit.
 
-While every operator sticks the angle still rises with the torque: with the envelope's slope r at no
-torque, shares w in parallel, compliances c in series and the slopes s of the torsion curve
+While every operator sticks, the angle still rises with the torque: with the slope r of the envelope
+at zero torque, shares w in parallel, compliances c in series and the slopes s of the torsion curve
 
     r sum w <= SHARE_MAX,    r sum c <= (STICKING_MAX - r sum w) s   for every s
 
-(`lm_check_play_bank` asks the controller's parameters for the same). The second is for models that
-are bound to rise (`BaselineModel.rises`).
+(`lm_check_play_bank` requires the same of the controller's parameters). The second is for models
+that are constrained to rise (`BaselineModel.rises`).
 
-A fit is done in ``v = r w`` and ``s - r sum c / (STICKING_MAX - sum v)``, in which these are a
-limit of a sum, and bounds: steps end on them, where a penalty would make them zigzag.
+A fit is done in ``v = r w`` and ``s - r sum c / (STICKING_MAX - sum v)``, in which these are a sum
+limit and bounds: steps end on them, whereas a penalty would cause zigzagging.
 """
 
 from __future__ import annotations
@@ -36,16 +36,16 @@ NOWHERE = slice(0, 0)
 
 
 class Sticking:
-    """A change of variables of the parameter vector, there and back.
+    """A change of variables of the parameter vector and its inverse.
 
     Parameters
     ----------
     places : mapping
-        Of what a drive file keeps, among the parameters.
+        Places of the parameters that a drive file stores.
     knee_Nm : float
         Of the envelope.
     rises : bool
-        Whether the second bound is one.
+        Whether the second bound applies.
     """
 
     def __init__(self, places: Mapping[Filed, slice], knee_Nm: float, rises: bool) -> None:
@@ -61,7 +61,7 @@ class Sticking:
         return SumLimit(self.shares, SHARE_MAX)
 
     def rise(self, x: FloatArray) -> float:
-        """Slope of the envelope at no torque."""
+        """Slope of the envelope at zero torque."""
         return 1.0 + float(x[self.more].sum()) / self.knee_Nm
 
     def least_slope(self, free: FloatArray) -> float:
@@ -84,7 +84,7 @@ class Sticking:
         return x
 
     def convert(self, columns: FloatArray, free: FloatArray) -> None:
-        """Turn derivatives by the parameters into those by a fit's variables, in place."""
+        """Convert derivatives by the parameters to those by the variables of a fit, in place."""
         rise = self.rise(free)
         if columns[:, self.more].shape[1]:
             by_shares = columns[:, self.shares] @ free[self.shares]

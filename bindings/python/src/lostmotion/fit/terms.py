@@ -31,14 +31,14 @@ one by one would put it through their scatter, and far off beyond them."""
 
 @dataclass
 class Term:
-    """An effect in the model, with the values it has and the places of those that are estimated."""
+    """An effect in the model, with its values and the places of the estimated ones."""
 
     effect: Effect
     values: FloatArray
     free: list[int]
 
     def around(self, index: int) -> tuple[FloatArray, FloatArray]:
-        """Values with one of them a step lower and a step higher, within its bounds."""
+        """Values with one of them a step lower and a step higher, within bounds."""
         value = self.effect.values[index]
         size = max(abs(self.values[index]), 0.1 * abs(value.typical), 1e-12)
         step = (ANGLE_STEP if self.effect.kind == "angle" else RADIUS_STEP) * size
@@ -48,10 +48,10 @@ class Term:
         return low, high
 
     def block(self, run_noise: float, column: Callable[[Term, int, Point], FloatArray]) -> Block:
-        """Estimated values; laws that only runs tell are about what is usual.
+        """Estimated values; laws between runs have a prior at typical values.
 
-        Where a value is moved by one linear step, it may be anywhere between its bounds: few runs
-        tell an exponent badly.
+        For one linear step the value may be anywhere between its bounds, because few runs determine
+        an exponent poorly.
 
         Parameters
         ----------
@@ -89,13 +89,13 @@ class Term:
         )
 
     def copy(self) -> Term:
-        """A term that can be fitted apart from this one."""
+        """An independent copy of the term."""
         return Term(self.effect, self.values.copy(), list(self.free))
 
 
 @dataclass
 class Additive:
-    """A frozen shape without a name: columns in arc seconds, and their coefficients."""
+    """A fixed unnamed shape: columns in arc seconds, and their coefficients."""
 
     name: str
     columns: FloatArray
@@ -104,7 +104,7 @@ class Additive:
     shape: str = ""
 
     def block(self) -> Block:
-        """Coefficients: anything may be."""
+        """Coefficients without bounds."""
         count = self.coefficients.size
 
         def put(coefficients: FloatArray) -> None:
@@ -125,14 +125,14 @@ class Additive:
         )
 
     def copy(self) -> Additive:
-        """A shape that can be fitted apart from this one."""
+        """An independent copy of the shape."""
         return Additive(
             self.name, self.columns, self.coefficients.copy(), self.covariate, self.shape
         )
 
 
 def start_values(effect: Effect, given: Mapping[str, float]) -> FloatArray:
-    """Typical values, with what is known of the drive put in."""
+    """Typical values, with the known values of the drive."""
     values = effect.typical.copy()
     for i, value in enumerate(effect.values):
         if value.role == "given" and value.scale in given:

@@ -1,7 +1,7 @@
-"""Torsion curve of the baseline model: odd, rising in straight stretches, held to the data sheet.
+"""Torsion curve of the baseline model: odd, rising, piecewise linear, with a data sheet prior.
 
-A catalogue sheet knows three slopes, which is not enough to reach the noise of a good encoder; it
-serves as the start and as a weak prior.
+A data sheet has three slopes, which is not enough to reach the noise of a good encoder; it is the
+start and a weak prior.
 """
 
 from __future__ import annotations
@@ -38,14 +38,14 @@ SLOPES_FILED = Filed("curve.slopes", SLOPE, "slope_rad_per_Nm", ARCSEC)
 
 @dataclass
 class TorsionCurve:
-    """Torsion curve in straight stretches.
+    """Piecewise linear torsion curve.
 
     Attributes
     ----------
     knots_Nm : ndarray
-        Ends of the stretches; beyond the last the curve continues with the last slope.
+        Ends of the segments; beyond the last the curve continues with the last slope.
     slopes, prior_slopes : ndarray
-        Compliance of each stretch, arc seconds a N m, and what is known of it beforehand.
+        Compliance of each segment, arc seconds per N m, and its prior.
     mean_slope : float
         Mean compliance of the drive, the scale of the bounds.
     """
@@ -68,12 +68,12 @@ class TorsionCurve:
     def begin_from(
         self, conditions: Conditions, lost_motion: FloatArray, sheet: Backbone | None
     ) -> None:
-        """Begin with the mean slope of a lost motion, and expect the sheet's slopes.
+        """Start with the mean slope of a lost motion, with the slopes of the data sheet as prior.
 
         Parameters
         ----------
         lost_motion : ndarray
-            As recorded, less what is known not to be the drive's elasticity, arc seconds.
+            As recorded, minus known parts other than elasticity, arc seconds.
         sheet : Backbone or None
             Torsion curve of the data sheet.
         """
@@ -90,7 +90,7 @@ class TorsionCurve:
             self.prior_slopes = np.diff(sheet(ends)) / np.diff(ends) / ARCSEC
 
     def ramps(self, wound: FloatArray) -> FloatArray:
-        """Curve of unit slope in each stretch, zero in the others."""
+        """Curve of unit slope in each segment, zero in the others."""
         size, sign = np.abs(wound), np.sign(wound)
         low = np.concatenate(([0.0], self.knots_Nm))
         length = np.append(np.diff(low), np.inf)
@@ -101,7 +101,7 @@ class TorsionCurve:
         return out
 
     def slope_at(self, wound: FloatArray) -> FloatArray:
-        """Slope of the stretch that each torque is in."""
+        """Slope of the segment of each torque."""
         return self.slopes[np.searchsorted(self.knots_Nm, np.abs(wound), side="right")]
 
     def angle(self, wound: FloatArray) -> FloatArray:
@@ -114,7 +114,7 @@ class TorsionCurve:
         return np.asarray(np.sign(wound) * angle)
 
     def block(self) -> Block:
-        """Slopes: each is known to be within its own size of the sheet's."""
+        """Slopes, each with a prior of its own size around that of the data sheet."""
         n = self.slopes.size
         sd = np.maximum(self.prior_slopes, 0.1 * self.mean_slope)
 
@@ -134,5 +134,5 @@ class TorsionCurve:
         )
 
     def copy(self) -> TorsionCurve:
-        """A curve that can be fitted apart from this one."""
+        """An independent copy of the curve."""
         return replace(self, slopes=self.slopes.copy())

@@ -1,13 +1,12 @@
-"""Recordings: measurement files read into a campaign of runs, in SI units, with what is unsound.
+"""Recordings: measurement files as a campaign of runs in SI units, with findings.
 
 A campaign is one or more files, or folders of them (CSV, ``.csv.gz``, Parquet). Nothing is dropped
-silently: whatever is unsound in the data becomes a `Finding`, and only rows that cannot be used
-(no number for torque or angle, or a wild one) are left out, counted and reported.
+silently: every fault of the data is a `Finding`; only unusable rows (no number for torque or angle,
+or an outlier) are left out, counted and reported.
 
 A file is a table (`tables`), whose columns are quantities with units (`quantities`, `columns`).
-Angles get back the turns that their encoders lost (`encoders`), each run is looked over
-(`soundness`), wild values are set aside (`wild`), and the runs together are a campaign (`reading`,
-`campaign`, `findings`).
+Turns lost by encoders are restored (`encoders`), each run is checked (`soundness`), outliers are
+set aside (`wild`), and the runs form a campaign (`reading`, `campaign`, `findings`).
 """
 
 from lostmotion.recordings.campaign import Campaign, Run

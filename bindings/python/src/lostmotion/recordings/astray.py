@@ -1,9 +1,9 @@
-"""Readings of an angle that no shaft reached: 65535, -999, another column's value.
+"""Impossible angle readings: 65535, -999, or a value of another column.
 
-They leave the range of the other readings of their run by more than that range and a turn, from one
-sample to the next, the other shaft does not follow, and they come back. They are found in the
-readings as they were recorded, before whole turns are put back: what is put back for such a reading
-would be carried on to the samples behind it.
+From one sample to the next they leave the range of the other readings of their run by more than
+that range and a turn, the other shaft does not follow, and they return. They are found in the raw
+readings, before whole turns are restored, because a correction for such a reading would affect the
+following samples.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ WHOLE = 0.02
 def astray(
     angle_rad: FloatArray, other_rad: FloatArray, ratio: float, count_rad: float | None
 ) -> BoolArray:
-    """Mark the readings of one angle that no shaft reached.
+    """Mark the impossible readings of one angle.
 
     Parameters
     ----------
@@ -68,9 +68,9 @@ def astray(
 
 
 def is_lost(move_rad: float, other_turn_rad: float, count_rad: float | None) -> bool:
-    """Whether a move is what a counter loses, or the other encoder, where it begins anew.
+    """Whether a jump is an overflow of the counter or of the other encoder.
 
-    An encoder of one turn leaves no range of more than one.
+    A single-turn encoder has no range above one turn.
     """
     turns = round(move_rad / other_turn_rad)
     if turns and abs(move_rad - turns * other_turn_rad) < WHOLE * other_turn_rad:

@@ -1,7 +1,7 @@
-"""Asynchronous channels: those of several clocks that were put into one table row by row.
+"""Asynchronous channels: channels of several clocks that were joined row by row.
 
-A channel that was joined by its last value repeats it until the next one comes. Where one angle is
-older than the other, the lost motion follows the speed instead of the torque.
+A channel that was joined by its last value repeats it until the next value. If one angle is
+delayed, the lost motion follows the speed instead of the torque.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ LAG_STEPS = 0.5
 
 
 def check_asynchronous(campaign: Campaign) -> None:
-    """Note channels that repeat their values, and angles that are not of one moment."""
+    """Report channels that repeat their values, and angles that are not simultaneous."""
     for run in campaign.runs:
         clocks = {name: clock_of(run.columns[name]) for name in REPEATED if name in run.columns}
         quickest = min((length for length in clocks.values() if length), default=0)
@@ -65,7 +65,7 @@ def check_asynchronous(campaign: Campaign) -> None:
 
 
 def clock_of(values: FloatArray) -> int:
-    """Rows from one new value to the next; 0 where no clock is seen."""
+    """Rows from one new value to the next; 0 if no clock is visible."""
     step = np.diff(values)
     new = np.flatnonzero(step)
     if new.size < STRETCHES_LEAST:
@@ -81,9 +81,9 @@ def clock_of(values: FloatArray) -> int:
 
 
 def lag_of(run: Run) -> float | None:
-    """Time in s by which the output's angle is later than the input's; None where nothing says so.
+    """Delay of the output angle relative to the input angle in s; None if there is none.
 
-    An angle that is older by a time is off by that time times the speed.
+    The error of a delayed angle is the delay times the speed.
     """
     if not {"input_angle", "output_angle"} <= run.columns.keys() or len(run) < STRETCHES_LEAST:
         return None

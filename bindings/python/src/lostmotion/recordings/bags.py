@@ -5,8 +5,8 @@ storage alone. It is read through `rosbags`, which is optional. A number of a me
 named by its path: ``/joint_states/position/elbow`` is the element of ``position`` that belongs to
 the joint ``elbow`` in the messages of the topic ``/joint_states``.
 
-Bags come from elsewhere: what they hold compressed is inflated within a bound that is known before,
-and whatever else is wrong with their bytes is one error.
+Bags are untrusted: compressed data are inflated within a known bound, and any other fault of the
+bytes is one error.
 """
 
 from __future__ import annotations
@@ -112,7 +112,7 @@ class Channel:
 
 @dataclass(frozen=True)
 class Topic:
-    """What a bag has of a topic."""
+    """A topic of a bag."""
 
     name: str
     kind: str
@@ -136,7 +136,7 @@ class _Budget:
         self.left = bound
 
     def spend(self, size: int) -> None:
-        """Take what was inflated off.
+        """Subtract inflated bytes.
 
         Raises
         ------
@@ -204,12 +204,12 @@ class Bag:
     def messages(self, topics: Collection[str]) -> Iterator[tuple[str, int, Any]]:
         """Messages of topics with the time of their receipt, in the order of the bag.
 
-        Those of a type that nothing defines are left out.
+        Messages of undefined types are left out.
 
         Raises
         ------
         InputError
-            When they are more than a recording of that size can hold.
+            If there are more than a recording of that size can hold.
         """
         bound = max(MESSAGES_LEAST, self.size // MESSAGE_BYTES)
         read = 0
@@ -240,8 +240,7 @@ def open_bag(file: Path) -> Iterator[Bag]:
     Raises
     ------
     InputError
-        Where `rosbags` is not installed, and for whatever the bytes of the bag are wrong in, also
-        while messages are read from it.
+        If `rosbags` is not installed, or the bag is damaged, also while messages are read.
     """
     try:
         from lz4.frame import LZ4FrameDecompressor
@@ -310,9 +309,9 @@ def _compressed_by_message(file: Path) -> bool:
 
 
 def _stores(readers: list[Any]) -> dict[str, Any]:
-    """Find for each type of message that is defined somewhere the store that decodes it.
+    """Find the decoder of each defined message type.
 
-    The definition that the bag holds goes before those that come with `rosbags`.
+    The definition in the bag takes precedence over those of `rosbags`.
     """
     from rosbags.interfaces import MessageDefinitionFormat
     from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_typestore
@@ -367,7 +366,7 @@ def require_identifiers(part: Any) -> None:
 
 
 def numbers_in(message: Any, path: str, labels: list[str]) -> Iterator[tuple[str, float]]:
-    """Numbers of a message with their paths; elements of arrays by the names beside them.
+    """Numbers of a message with their paths; array elements by the names in the message.
 
     Parameters
     ----------
@@ -375,7 +374,7 @@ def numbers_in(message: Any, path: str, labels: list[str]) -> Iterator[tuple[str
     path : str
         Of the message.
     labels : list of str
-        Names that a message around it has beside it.
+        Names in the enclosing message.
     """
     parts = [(one.name, getattr(message, one.name)) for one in fields(message)]
     for _, value in parts:
@@ -405,7 +404,7 @@ def numbers_in(message: Any, path: str, labels: list[str]) -> Iterator[tuple[str
 
 
 def _is_message(value: Any) -> bool:
-    """Whether a field holds fields itself; a time or duration counts as none."""
+    """Whether a field has fields itself; times and durations do not count."""
     return hasattr(value, "__dataclass_fields__") and not hasattr(value, "nanosec")
 
 
@@ -416,20 +415,20 @@ def _stamp_ns(message: Any) -> int:
 
 
 def topic_of(column: str, topics: Collection[str]) -> str | None:
-    """Topic that a column belongs to; None where it is none of them."""
+    """Topic of a column; None if it is unknown."""
     found = [topic for topic in topics if column.startswith(f"{topic}/")]
     return max(found, key=len, default=None)
 
 
 def bag_columns(file: Path, columns: Collection[str]) -> list[str]:
-    """Those of some columns that belong to a topic of a bag."""
+    """Columns that belong to a topic of a bag."""
     with open_bag(file) as bag:
         names = [topic.name for topic in bag.topics()]
     return [column for column in columns if topic_of(column, names) is not None]
 
 
 def bag_header(file: Path, columns: Collection[str]) -> list[str]:
-    """Columns that a map may name: those it names of topics that are there, times, and topics."""
+    """Columns for a map: those named in existing topics, times, and topics."""
     with open_bag(file) as bag:
         names = [topic.name for topic in bag.topics()]
     mapped = [column for column in columns if topic_of(column, names) is not None]
@@ -442,7 +441,7 @@ def read_channels(file: Path, columns: Collection[str]) -> list[Channel]:
     Raises
     ------
     InputError
-        For a column that the bag has not.
+        For a column that the bag does not have.
     """
     header: dict[str, list[int]] = {column: [] for column in columns}
     received: dict[str, list[int]] = {column: [] for column in columns}
@@ -520,7 +519,7 @@ def list_columns(file: Path) -> str:
 
 
 def rate_text(topic: Topic) -> str:
-    """How often a topic has a message."""
+    """Message rate of a topic."""
     if topic.messages < 2 or topic.seconds <= 0:
         return f"{topic.messages} message{'s' * (topic.messages != 1)}"
     return f"{plain_number((topic.messages - 1) / topic.seconds)} Hz"
@@ -543,7 +542,7 @@ def _folded(topic: str, columns: list[str]) -> str:
 
 
 def _braces(words: Collection[str]) -> str:
-    """Write words as one that a shell expands to them, with what they begin with in common."""
+    """Write words as a shell brace expression with their common prefix."""
     if len(words) == 1:
         return next(iter(words))
     common = posixpath.commonpath(words)

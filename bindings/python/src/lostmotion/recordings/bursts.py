@@ -1,8 +1,8 @@
-"""Bursts: a few samples by which a channel leaves its course and comes back.
+"""Bursts: a few samples by which a channel deviates and returns.
 
-They stand out by far more than the channel moves before and behind. The bounds are the channel's
-own: its steps beside the burst, and the scatter of its steps in the run. A step that stays is no
-burst, and the corner of a triangle stands out by no more than the steps beside it.
+The deviation is far larger than the steps of the channel before and after. The bounds are the
+adjacent steps of the channel and the scatter of its steps in the run. A permanent step is not a
+burst, and the corner of a triangle deviates by no more than the adjacent steps.
 """
 
 from __future__ import annotations
@@ -64,13 +64,13 @@ CONSTANT_SHARE = 0.1
 def bursts(
     values: FloatArray, noise: FloatArray | None = None, absolute: bool = False
 ) -> BoolArray:
-    """Mark samples that leave the others and come back, by far more than these move.
+    """Mark samples that deviate by far more than the usual steps and return.
 
     Parameters
     ----------
     values : ndarray
     noise : ndarray, optional
-        Scatter from sample to sample that is known besides that of the values themselves.
+        Additional known scatter from sample to sample.
     absolute : bool, optional
         As of `resolution`.
     """
@@ -89,7 +89,7 @@ def bursts(
 
 
 def bursts_once(x: FloatArray, noise: FloatArray, absolute: bool) -> BoolArray:
-    """Mark the bursts that stand out of a channel as it is, shorter ones before longer ones."""
+    """Mark the bursts of a channel, shorter ones first."""
     marked = np.zeros(x.size, dtype=bool)
     if x.size < 2 * BESIDE + 3:
         return marked
@@ -130,10 +130,10 @@ def bursts_once(x: FloatArray, noise: FloatArray, absolute: bool) -> BoolArray:
 
 
 def resolution(x: FloatArray, step: FloatArray, absolute: bool = False) -> float:
-    """Least step of a channel of few values; of one that has a single value, a share of it.
+    """Smallest step of a channel with few values; a share of the value if there is only one.
 
-    `absolute` states that its zero is one: then a channel that leaves its value seldom has one
-    value.
+    `absolute` states that its zero has a meaning: a channel that rarely leaves its value then has
+    one value.
     """
     level = float(np.median(np.abs(x)))
     moved = step[step > 1e-12 * (level + 1e-300)]
@@ -146,10 +146,10 @@ def resolution(x: FloatArray, step: FloatArray, absolute: bool = False) -> float
 
 
 def local_noise(values: FloatArray, at: int) -> float:
-    """Standard deviation of the noise about a sample, whatever the channel does smoothly.
+    """Local standard deviation of the noise, independent of smooth motion of the channel.
 
-    Differences of a higher order leave less of a smooth channel; those of white noise have the
-    variance binom(2k, k) times its own.
+    Differences of higher order suppress a smooth channel; for white noise they have binom(2k, k)
+    times its variance.
     """
     near = values[max(at - NOISE_REACH, 0) : at + NOISE_REACH + 1]
     found = [
@@ -160,9 +160,9 @@ def local_noise(values: FloatArray, at: int) -> float:
 
 
 def scatter(step: FloatArray) -> float:
-    """Standard deviation of most steps: by their middle, or a third of their tenth largest.
+    """Robust standard deviation of the steps: from their median, or a third of their tenth largest.
 
-    A channel of few values is at rest most of the time; what it does then is not noise alone.
+    A channel with few values is at rest most of the time; its steps are not only noise.
     """
     size = np.abs(step)
     if size.size == 0:
@@ -172,10 +172,9 @@ def scatter(step: FloatArray) -> float:
 
 
 def markers(values: FloatArray, absolute: bool = False) -> BoolArray:
-    """Mark a value that a device writes again and again in the place of a reading: 0, full scale.
+    """Mark a value that a device writes repeatedly instead of a reading: 0 or full scale.
 
-    It stands alone or in bursts, exactly the same each time, and the rest of the channel
-    without it continues as if nothing had been.
+    It occurs alone or in bursts, always exactly the same, and the channel without it is continuous.
     """
     marked = np.zeros(values.size, dtype=bool)
     if values.size < 2 * BESIDE + 3:

@@ -1,4 +1,4 @@
-"""Runs and the campaign that they make: columns by quantity, in SI units."""
+"""Runs and campaigns: columns by quantity, in SI units."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ FINGERPRINT_DIGITS = 10
 
 @dataclass(frozen=True)
 class Log:
-    """A run as it was recorded, before anything in it was repaired or left out.
+    """A run as recorded, before repairs.
 
     Attributes
     ----------
     columns : dict
         Every row of the run, by quantity, in SI (temperature: C).
     kept : ndarray of int
-        Rows that the run holds, in its order.
+        Rows that the run contains, in order.
     """
 
     columns: dict[str, FloatArray]
@@ -62,13 +62,13 @@ class Run:
         return int(self.columns["torque"].size)
 
     def __repr__(self) -> str:
-        """Describe what it is; the numbers of a recording fill screens."""
+        """Summarise the run."""
         return (
             f"<Run {self.label!r} of {self.file}: {len(self)} samples of {', '.join(self.columns)}>"
         )
 
     def leave_out(self, rows: npt.NDArray[np.bool_]) -> None:
-        """Leave rows out of the run; the log keeps them."""
+        """Remove rows from the run; the log keeps them."""
         self.columns = {name: values[~rows] for name, values in self.columns.items()}
         if self.log is not None:
             self.log = Log(self.log.columns, self.log.kept[~rows])
@@ -76,7 +76,7 @@ class Run:
     def fingerprint(self) -> str:
         """SHA-256 of clock, torque and lost motion from its first sample on.
 
-        The same whatever campaign the run is read in: others may shift its zero.
+        Independent of the campaign, in which other runs may shift its zero.
         """
         lost = self.lost_motion_rad
         digest = hashlib.sha256()
@@ -101,7 +101,7 @@ class Run:
 
 
 class TableReader(Protocol):
-    """What makes a campaign of data in memory; the reader of files is built on this module."""
+    """Interface of the function that makes a campaign of data in memory."""
 
     def __call__(
         self,
@@ -120,13 +120,13 @@ _TABLE_READERS: list[TableReader] = []
 
 
 def set_table_reader(reader: TableReader) -> None:
-    """State what `Campaign.from_table` calls."""
+    """Set the function that `Campaign.from_table` calls."""
     _TABLE_READERS[:] = [reader]
 
 
 @dataclass
 class Campaign:
-    """All recordings of one comparison, in the order in which they were made."""
+    """All recordings of one drive that are analysed together, in order of recording."""
 
     runs: list[Run]
     findings: list[Finding] = field(default_factory=list)
@@ -149,15 +149,15 @@ class Campaign:
         ----------
         data : object with columns
             A data frame of pandas or polars, a table or record batch of Arrow, a dictionary of
-            arrays or lists, a structured array, or what gives its columns by the Arrow stream
-            interface. The columns are named as in a file, one row a sample, and a column ``run``
-            numbers the recordings. They are of one length; None, NaN and NA are missing; columns of
+            arrays or lists, a structured array, or an object with the Arrow stream interface. The
+            columns are named as in a file, with one row per sample; a column ``run`` numbers the
+            recordings. They have equal lengths; None, NaN and NA are missing values; columns of
             date and time are time stamps.
         ratio, mapping, protocol
             As of `read_campaign`.
         name : str, optional
-            What messages and findings call the data; also the label of the run where no column
-            has any.
+            Name of the data in messages and findings; also the label of the run if there is no such
+            column.
 
         Returns
         -------
@@ -180,7 +180,7 @@ class Campaign:
         return read(data, ratio=ratio, mapping=mapping, protocol=protocol, name=name)
 
     def __repr__(self) -> str:
-        """Describe what it is; the numbers of a campaign fill screens."""
+        """Summarise the campaign."""
         return (
             f"<Campaign: {self.rows} samples in {len(self.runs)} runs, "
             f"{len(self.findings)} findings>"
@@ -203,11 +203,11 @@ class Campaign:
 
     @property
     def timed(self) -> bool:
-        """Whether the time is one: rows may have come with a running number in its place."""
+        """Whether there is a real time: rows may have a running number instead."""
         return not any(finding.kind == "untimed" for finding in self.findings)
 
     def require_torque(self) -> None:
-        """Refuse a campaign whose torque is at rest.
+        """Refuse a campaign with constant torque.
 
         Raises
         ------
@@ -220,7 +220,7 @@ class Campaign:
             raise InputError(self.runs[0].file, "torque_Nm", found, "a torque that varies")
 
     def require_variation(self) -> None:
-        """Refuse a campaign whose torque is at rest, or whose lost motion is in every run.
+        """Refuse a campaign with constant torque, or constant lost motion in every run.
 
         Raises
         ------
@@ -243,7 +243,7 @@ class Campaign:
         return tuple(name for name in QUANTITIES if name in common)
 
     def column(self, name: str) -> FloatArray:
-        """One quantity of all runs, joined, by its name alone or as its column has it.
+        """One quantity of all runs, joined, by its name with or without unit.
 
         Raises
         ------
@@ -259,21 +259,21 @@ class Campaign:
         return np.concatenate([run.columns[name] for run in self.runs])
 
     def sessions(self) -> list[int]:
-        """Places of the runs at which a session begins, the first among them."""
+        """Indices of the runs at which a session begins, including the first."""
         begins = [i for i, run in enumerate(self.runs) if i == 0 or run.begins]
         return begins[:SESSIONS_MAX]
 
     def table(self) -> dict[str, npt.NDArray[Any]]:
-        """Columns of all runs, joined, under the names that a file has: what a data frame takes.
+        """Columns of all runs, joined, with the names of a file, for a data frame.
 
-        ``pandas.DataFrame(campaign.table())``; quantities that not every run has are left out.
+        ``pandas.DataFrame(campaign.table())``; quantities that some runs lack are left out.
         """
         labels = [np.full(len(run), run.label, dtype=object) for run in self.runs]
         joined = {QUANTITIES[name].column: self.column(name) for name in self.quantities()}
         return {"run": np.concatenate(labels), **joined}
 
     def fingerprint(self) -> str:
-        """SHA-256 of the numbers as they are used, whatever file format they came in."""
+        """SHA-256 of the numbers used, independent of the file format."""
         digest = hashlib.sha256()
         for run in self.runs:
             digest.update(f"run {run.label}\n".encode())

@@ -1,4 +1,4 @@
-"""Cells: what a cell of a table is by its text: a number, missing, a time stamp, or other text."""
+"""Cells: classify the text of a table cell as number, missing, time stamp or other text."""
 
 from __future__ import annotations
 
@@ -46,12 +46,12 @@ VALUE = re.compile(rf"{NUMBER}|{COMMA_NUMBER}|{GROUPED}|{STAMP}")
 
 
 def plain(text: str) -> str:
-    """Return a cell without blanks and quotes round it, and with plain minus signs."""
+    """Return a cell without surrounding blanks and quotes, and with plain minus signs."""
     return text.strip().strip('"').strip().replace("−", "-")
 
 
 def is_missing(text: str) -> bool:
-    """Whether a cell states that there is no number."""
+    """Whether a cell marks a missing number."""
     return plain(text).lower() in MISSING_SET
 
 
@@ -62,7 +62,7 @@ def is_value(text: str) -> bool:
 
 
 def unit_behind(cell: str) -> str:
-    """Return the unit that is behind the number of a cell; nothing where there is none."""
+    """Return the unit after the number of a cell; empty if there is none."""
     found = MEASURED.fullmatch(cell)
     return found[1] if found is not None and is_unit(found[1]) else ""
 

@@ -1,7 +1,7 @@
 """Clocks: time stamps as dates, times of day, seconds since an epoch, or in two columns.
 
-Stamps are kept as integers until the first one is taken off: nanoseconds since 1970 need 61 bits, a
-float64 has 53.
+Stamps are kept as integers until the first one is subtracted: nanoseconds since 1970 need 61 bits,
+a float64 has 53.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ BASIC = r"(?P<h>[0-9]{2})(?P<min>[0-9]{2})(?P<s>[0-9]{2})(?:[.,](?P<frac>[0-9]{1
 
 
 def as_texts(column: Any) -> Any:
-    """Return stamps as text without blanks round them; null where there is none."""
+    """Return stamps as text without surrounding blanks; null if missing."""
     import pyarrow as pa
     import pyarrow.compute as pc
 
@@ -73,7 +73,7 @@ def stamped(cells: Sequence[str]) -> bool:
 
 
 def stamp_forms() -> list[tuple[str, str]]:
-    """List the forms of a stamp, and the order of the date in each; empty where there is none."""
+    """List the formats of a stamp, and the order of the date in each; empty if none."""
     forms = [
         (rf"{days}(?:[T ,_]+{TIME_OF_DAY}{ZONE})?", order)
         for order, days in DAYS.items()
@@ -92,7 +92,7 @@ STAMP_FORMS = [re.compile(form) for form, _ in stamp_forms()]
 
 
 def stamp_parts(texts: Any, form: str) -> tuple[dict[str, npt.NDArray[Any]], npt.NDArray[np.bool_]]:
-    """Take stamps apart by a form: texts of every part, and which stamps have the form."""
+    """Split stamps by a format: text of every part, and which stamps have the format."""
     import pyarrow.compute as pc
 
     found = pc.extract_regex(texts, f"^(?:{form})$")
@@ -106,7 +106,7 @@ def stamp_parts(texts: Any, form: str) -> tuple[dict[str, npt.NDArray[Any]], npt
 
 
 def whole(parts: dict[str, Any], name: str, rows: int) -> IntArray:
-    """Read a part as integers, 0 where it is empty."""
+    """Read a part as integers, 0 if empty."""
     import pyarrow as pa
     import pyarrow.compute as pc
 
@@ -117,7 +117,7 @@ def whole(parts: dict[str, Any], name: str, rows: int) -> IntArray:
 
 
 def seconds_of_day(parts: dict[str, Any], rows: int) -> IntArray:
-    """Nanoseconds since midnight, zones taken off."""
+    """Nanoseconds since midnight, without zones."""
     import pyarrow.compute as pc
 
     hours, minutes, seconds = (whole(parts, name, rows) for name in ("h", "min", "s"))
@@ -151,7 +151,7 @@ def seconds_of_day(parts: dict[str, Any], rows: int) -> IntArray:
 
 
 def days_of(parts: dict[str, Any], rows: int) -> tuple[IntArray, npt.NDArray[np.bool_]]:
-    """Days since 1970, and which dates there are."""
+    """Days since 1970, and which dates exist."""
     year, month, day = (whole(parts, name, rows) for name in ("y", "m", "d"))
     good = (month >= 1) & (month <= 12) & (day >= 1)
     months = ((year - 1970) * 12 + np.where(good, month, 1) - 1).astype("M8[M]")
@@ -168,15 +168,15 @@ def read_stamps(
     Returns
     -------
     stamps : ndarray of int64
-        Since 1970, or since midnight of the first day where there is no date.
+        Since 1970, or since midnight of the first day if there is no date.
     known : ndarray of bool
-        Which rows have one.
+        Which rows have a stamp.
     findings : list of Finding
 
     Raises
     ------
     InputError
-        Where the order of day and month is not told and makes a difference.
+        If the order of day and month is unknown and matters.
     """
     rows = len(texts)
     readings: list[tuple[str, IntArray, npt.NDArray[np.bool_]]] = []
@@ -213,14 +213,14 @@ def read_stamps(
 
 
 def epoch_unit(file: str, column: str, values: FloatArray) -> tuple[str, Finding] | None:
-    """Tell the unit of a clock that says none, where dates and steps leave one only.
+    """Find the unit of a clock without unit, if dates and steps allow only one.
 
-    None where the numbers count from no epoch.
+    None if the numbers do not count from an epoch.
 
     Raises
     ------
     InputError
-        Where no unit, or more than one, is possible.
+        If no unit, or more than one, is possible.
     """
     known = values[np.isfinite(values)]
     if known.size == 0:

@@ -1,4 +1,4 @@
-"""Columns: which one of a file is which quantity, in which unit, by its name or by a map."""
+"""Columns: quantity and unit of each column, from its name or a map."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ TEXT_STAMP = frozenset(("iso", "date", "utc", "stamp"))
 
 @dataclass(frozen=True)
 class ColumnName:
-    """A quantity with a unit, as the header or a map names it."""
+    """A quantity with a unit, as named in the header or a map."""
 
     quantity: Quantity
     unit: units.Unit | None
@@ -101,7 +101,7 @@ def parse_map(entries: Iterable[str]) -> dict[str, str]:
     Raises
     ------
     InputError
-        When an entry has no ``=`` or names a column twice.
+        If an entry has no ``=`` or a column is named twice.
     """
     mapping: dict[str, str] = {}
     for entry in entries:
@@ -120,15 +120,15 @@ def expected_units(quantity: Quantity) -> str:
 
 
 def normal(name: str) -> str:
-    """Return a name in small letters, with underscores between its words."""
+    """Return a name in lower case, with underscores between words."""
     apart = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", name.strip())
     return re.sub(r"[^a-z0-9]+", "_", apart.lower()).strip("_")
 
 
 def split_label(label: str) -> tuple[str, str] | None:
-    """Split a label into the quantity that it begins with and the rest, which should be its unit.
+    """Split a label into the quantity and the rest, which should be its unit.
 
-    Capitals, blanks and hyphens do not matter; None where it names no quantity.
+    Case, blanks and hyphens do not matter; None if it names no quantity.
 
     Examples
     --------
@@ -148,7 +148,7 @@ def split_label(label: str) -> tuple[str, str] | None:
 
 
 def read_suffix(text: str, dimension: units.Dimension) -> units.Unit | None:
-    """Read the unit behind a name, also after a word between them."""
+    """Read the unit after a name, also with a word between them."""
     found = units.read_unit(text, dimension)
     if found is None and text.lower().startswith("in ") and len(text) > 3:
         found = units.read_unit(text[3:], dimension)
@@ -156,7 +156,7 @@ def read_suffix(text: str, dimension: units.Dimension) -> units.Unit | None:
 
 
 def divisor(file: str, column: str, text: str) -> float:
-    """Read the number that a column is divided by."""
+    """Read the divisor of a column."""
     value = float(text)
     if not 0.0 < value < math.inf:
         raise InputError(file, column, f"'/{text}' in --map", "a positive number behind the slash")
@@ -164,10 +164,10 @@ def divisor(file: str, column: str, text: str) -> float:
 
 
 def parse_column(file: str, column: str, name: str, beside: str = "") -> ColumnName | None:
-    """Understand a column name; None when it names nothing that is known here.
+    """Parse a column name; None if it is unknown.
 
-    A leading minus sign (in a map) turns the column round, a number behind a slash divides it.
-    `beside` is the unit that stands elsewhere: in a row of units, or in the name that is mapped.
+    A leading minus sign (in a map) reverses the sign, a number after a slash is a divisor. `beside`
+    is a unit from elsewhere: from a row of units, or from the mapped name.
     """
     factor = -1.0 if name.startswith("-") else 1.0
     name = name.removeprefix("-")
@@ -210,7 +210,7 @@ def parse_column(file: str, column: str, name: str, beside: str = "") -> ColumnN
 
 
 def unit_in(label: str) -> str:
-    """Return what is in brackets at the end of a label."""
+    """Return the text in brackets at the end of a label."""
     found = BRACKETED.fullmatch(label)
     return found[2] if found is not None else ""
 
@@ -218,14 +218,14 @@ def unit_in(label: str) -> str:
 def resolve_columns(
     header: Header, mapping: Mapping[str, str], protocol: Protocol = FREE
 ) -> tuple[dict[str, tuple[str, ColumnName]], list[str]]:
-    """Decide which column of a recording is which quantity, and refuse one that lacks some.
+    """Assign columns of a recording to quantities; refuse a recording that lacks some.
 
     Returns
     -------
     chosen : dict
-        From the name of a quantity to the column and how it is to be read.
+        Column and conversion by the name of a quantity.
     ignored : list of str
-        Columns that name nothing known; those without a name are not among them.
+        Columns with unknown names; those without a name are not listed.
     """
     chosen, ignored, doubts = choose_columns(header, mapping)
     faults = [doubt for _, doubt in doubts]
@@ -237,14 +237,14 @@ def resolve_columns(
 def choose_columns(
     header: Header, mapping: Mapping[str, str]
 ) -> tuple[dict[str, tuple[str, ColumnName]], list[str], list[tuple[str, InputError]]]:
-    """Decide which column of a table is which quantity; a map counts where its column is.
+    """Assign columns of a table to quantities; a map applies if its column exists.
 
     Returns
     -------
     chosen, ignored
         As of `resolve_columns`.
     doubts : list of tuple
-        Quantities of which only columns with a fault are there, and what the fault is.
+        Quantities with only faulty columns, and the fault.
     """
     file = header.file
     chosen: dict[str, tuple[str, ColumnName]] = {}
@@ -310,14 +310,14 @@ def choose_columns(
 
 
 def unit_of_cells(cells: Sequence[str]) -> str:
-    """Return the unit that is behind the number of every cell; nothing where there is none."""
+    """Return the unit after the number of every cell; empty if there is none."""
     stated = [cell for cell in cells if not is_missing(cell)]
     found = {unit_behind(plain(cell)) for cell in stated}
     return found.pop() if len(found) == 1 else ""
 
 
 def refuse_two_units(file: str, column: str, name: ColumnName, beside: str) -> None:
-    """Refuse a column whose name has another unit than the row of units, or than its numbers."""
+    """Refuse a column whose name and row of units, or numbers, have different units."""
     other = read_suffix(beside, name.quantity.dimension)
     if other is None or name.unit is None or other.dimension != name.quantity.dimension:
         return
@@ -333,7 +333,7 @@ NEEDED = ("run", "time", "torque", "input_angle", "output_angle", "lost_motion")
 
 
 def holds_text(cells: Sequence[str]) -> bool:
-    """Whether the first cells of a column hold text and not one number."""
+    """Whether the first cells of a column contain text and no number."""
     stated = [cell for cell in cells if not is_missing(cell)]
     return bool(stated) and not any(is_value(cell) for cell in stated)
 
@@ -352,7 +352,7 @@ def joined_clock(first: ColumnName, second: ColumnName) -> ColumnName | None:
 
 
 def fractions_in(header: Header) -> dict[str, tuple[int, str]]:
-    """Find the columns that may hold fractions of a second, by what stands before their unit."""
+    """Find the columns that may contain fractions of a second, by their names."""
     found = {}
     for index, label in enumerate(header.names):
         stem, _, end = normal(label).rpartition("_")
@@ -372,7 +372,7 @@ def fraction_of(
 def add_fraction(
     header: Header, chosen: dict[str, tuple[str, ColumnName]], ignored: list[str]
 ) -> None:
-    """Put the fractions of a second to a clock of seconds where they are in a second column."""
+    """Add the fractions of a second to a clock of seconds if they are in another column."""
     label, name = chosen["time"]
     if name.unit is not None and name.unit.symbol == "s" and name.fraction is None:
         fraction = fraction_of(header, name.index, fractions_in(header))
@@ -389,10 +389,10 @@ def find_clock(
     chosen: dict[str, tuple[str, ColumnName]],
     ignored: list[str],
 ) -> None:
-    """Find the clock of a table that has no column of time with its unit.
+    """Find the clock of a table without a time column with unit.
 
-    It is a column named time, or like a stamp, whose cells are dates, times of day or seconds since
-    1970; a column like a stamp with a unit; or two columns of seconds and their fractions.
+    It is a column named time or stamp with dates, times of day or seconds since 1970; a stamp
+    column with a unit; or two columns of seconds and their fractions.
     """
     quantity = QUANTITIES["time"]
     fractions = fractions_in(header)
@@ -423,7 +423,7 @@ def find_clock(
 
 
 def stamp_unit(label: str) -> units.Unit | None:
-    """Return the unit behind a name of a clock: ``timestamp_ns``, ``Stamp [ms]``."""
+    """Return the unit after the name of a clock: ``timestamp_ns``, ``Stamp [ms]``."""
     bracketed = BRACKETED.fullmatch(label)
     base, suffix = bracketed.groups() if bracketed else label.rpartition("_")[::2]
     unit = units.read_unit(suffix, units.TIME) if normal(base) in STAMPS and suffix else None
@@ -451,7 +451,7 @@ def lacking(
     there: Collection[str],
     protocol: Protocol = FREE,
 ) -> list[InputError]:
-    """Describe which quantities a recording needs and a file has not."""
+    """Describe the required quantities that a file lacks."""
     faults = []
     recorded, there = there, {*there, *protocol.supplies(there)}
     locked = suggest_protocol(recorded) if protocol.locked is None else ""
@@ -459,7 +459,7 @@ def lacking(
     nothing = f"no such column ({header.there_are()})"
 
     def named(name: str) -> str:
-        """Describe how a column of the quantity may be called."""
+        """Describe the possible names of a column of the quantity."""
         foreign = [
             c for c, t in mapping.items() if f"{t.removeprefix('-')}_".startswith(f"{name}_")
         ]
@@ -487,7 +487,7 @@ def lacking(
 
 
 def refuse_faults(file: str, faults: Sequence[InputError]) -> None:
-    """Raise all that is wrong with the columns of a file as one error of one line."""
+    """Raise all faults of the columns of a file as one error of one line."""
     if len(faults) == 1:
         raise faults[0]
     if faults:
@@ -499,12 +499,12 @@ def refuse_faults(file: str, faults: Sequence[InputError]) -> None:
 
 
 def check_map(files: Sequence[Path], mapping: Mapping[str, str]) -> None:
-    """Refuse a map of a column that no file has; files of one campaign may name theirs apart.
+    """Refuse a map of a column that no file has; files of one campaign may have different names.
 
     Raises
     ------
     InputError
-        Names the column and those that there are.
+        Names the column and the existing ones.
     """
     headers: list[Header] = []
     unread = list(files)
@@ -517,7 +517,7 @@ def check_map(files: Sequence[Path], mapping: Mapping[str, str]) -> None:
 
 
 def refuse_unmapped(headers: Sequence[Header], files: int, mapping: Mapping[str, str]) -> None:
-    """Refuse a map of a column that none of some tables has."""
+    """Refuse a map of a column that no table has."""
     names = dict.fromkeys(name for header in headers for name in header.names)
     for column, target in mapping.items():
         if column in names:
@@ -533,7 +533,7 @@ def refuse_unmapped(headers: Sequence[Header], files: int, mapping: Mapping[str,
 
 
 def unused(column: str, chosen: Iterable[str]) -> str:
-    """State that a column is not used, and what to write if it is what its name says."""
+    """Report that a column is not used, and the map option for what its name suggests."""
     quantity = column.lower()
     if quantity not in QUANTITIES or quantity in chosen:
         return UNUSED
@@ -541,7 +541,7 @@ def unused(column: str, chosen: Iterable[str]) -> str:
 
 
 def counters_of(chosen: Mapping[str, tuple[str, ColumnName]]) -> dict[str, Counter]:
-    """Say of the angles that are counts by a map how large a count is."""
+    """Size of a count for angles that a map states as counts."""
     return {
         quantity: Counter(abs(meaning.factor) * meaning.unit.scale, meaning.overflow)
         for quantity, (_, meaning) in chosen.items()

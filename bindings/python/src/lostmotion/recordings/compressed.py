@@ -1,4 +1,4 @@
-"""Compressed recordings: inflated up to a size that is known before."""
+"""Compressed recordings, inflated up to a known bound."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ AROUND_GZIP = 31
 
 
 def inflation_bound(size: int) -> int:
-    """Bytes that compressed recordings of a size may hold."""
+    """Largest inflated size of compressed recordings of a size, in bytes."""
     return max(INFLATED_LEAST, INFLATION_MAX * size)
 
 
@@ -39,12 +39,12 @@ def inflate(file: str | Path, packed: bytes, most: int | None = None) -> bytes:
         For messages.
     packed : bytes
     most : int, optional
-        Only so many bytes of its beginning.
+        Return at most this number of bytes from the beginning.
 
     Raises
     ------
     InputError
-        When it is damaged, or holds more than the bound.
+        If it is damaged, or larger than the bound.
     """
     bound = inflation_bound(len(packed))
     found: list[bytes] = []

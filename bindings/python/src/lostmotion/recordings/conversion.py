@@ -45,12 +45,12 @@ class Numbers:
     quantities : dict
         Columns by quantity.
     run : array of Arrow or None
-        What is in the column of the run.
+        Content of the run column.
     place : callable
-        Where a row is in its file.
+        Location of a row in its file.
     findings : list of Finding
     blocks : tuple of int
-        Rows that a blank line stands before.
+        Rows that follow a blank line.
     """
 
     quantities: dict[str, FloatArray]
@@ -84,7 +84,7 @@ def is_text(column: Any) -> bool:
 
 
 def writes_numbers(column: Any) -> bool:
-    """Whether a column of a clock is text of numbers, and not of dates or times of day."""
+    """Whether a clock column contains numbers as text, not dates or times of day."""
     if not is_text(column):
         return False
     known = clocks.as_texts(column).drop_null().slice(0, STAMPS_LOOKED_AT).to_pylist()
@@ -97,11 +97,11 @@ def holds_numbers(column: Any) -> bool:
 
 
 def needs_text(rows: Rows, chosen: Chosen) -> bool:
-    """Whether the text of numbers has to be examined: a mark in it may mean two things.
+    """Whether the text of numbers must be examined because a mark may be ambiguous.
 
-    Where a column did not read as numbers, the others may be written with the same marks. Where
-    all did, points may separate thousands if there are whole numbers of three digits, and none
-    below one, which would begin with 0 and a point.
+    If a column could not be read as numbers, the others may use the same marks. If all could,
+    points may still separate thousands if all numbers have groups of three digits and none is below
+    one (which would begin with 0 and a point).
     """
     for quantity, (_, name) in chosen.items():
         if quantity == "run":
@@ -120,7 +120,7 @@ def needs_text(rows: Rows, chosen: Chosen) -> bool:
 
 
 def grouped_by_points(size: FloatArray) -> bool:
-    """Whether numbers, without their signs, may be thousands that points separate."""
+    """Whether unsigned numbers may be thousands separated by points."""
     size = size[np.isfinite(size) & (size > 0)]
     if size.size == 0 or size.min() < 1 or size.max() >= 1000 or size.max() < 100:
         return False
@@ -137,10 +137,10 @@ def in_si(
     ratio: float | None = None,
     zero: int | None = None,
 ) -> Numbers:
-    """Return the quantities of rows, but for the run, in the units that they are kept in.
+    """Return the quantities of rows, except the run, in the stored units.
 
-    What the protocol tells, which needs the ratio, is put in. `zero` is the stamp from which a
-    clock with an epoch counts; by default its first one.
+    Quantities that follow from the protocol, which needs the ratio, are added. `zero` is the stamp
+    from which a clock with an epoch counts; by default its first one.
     """
     findings = list(rows.findings)
     texts = {
@@ -209,15 +209,15 @@ def set_aside_text(
     texts: Mapping[str, Texts],
     findings: list[Finding],
 ) -> npt.NDArray[np.bool_] | None:
-    """Note what is text in place of numbers; return the rows to keep, None where that is all.
+    """Report text instead of numbers; return the rows to keep, None if all.
 
-    A row without one number, and with text or without a label, is none: a header that comes again,
-    a message, separators alone. Where a row has numbers too, its text is a number that is missing.
+    A row without numbers, and with text or without a label, is not data: a repeated header, a
+    message, or separators only. If a row also has numbers, its text is a missing number.
 
     Raises
     ------
     InputError
-        Where a column holds more text than damage leaves.
+        If a column has more text than damage explains.
     """
     numberless = ~np.any([np.isfinite(values) for values in found.values()], axis=0)
     if not np.any(numberless) and not any(np.any(mask) for mask in bad.values()):
@@ -252,7 +252,7 @@ def refuse_other_header(
     rows: Rows,
     texts: Mapping[str, Texts],
 ) -> None:
-    """Refuse a header that comes again with other names: the rows below it mean something else."""
+    """Refuse a repeated header with other names, because the rows below it have another meaning."""
     shown = {
         label: texts.get(label) or Texts(rows.columns[name.index])
         for label, name in chosen.values()
@@ -271,7 +271,7 @@ def refuse_other_header(
 
 
 def without_label(rows: Rows, chosen: Chosen) -> npt.NDArray[np.bool_]:
-    """Mark the rows that have nothing where the label of their run stands."""
+    """Mark the rows without a run label."""
     import pyarrow as pa
     import pyarrow.compute as pc
 
@@ -290,9 +290,9 @@ class Clock:
     Attributes
     ----------
     seconds : ndarray
-        As they stand, or from the first stamp where they count from an epoch.
+        Unchanged, or from the first stamp if they count from an epoch.
     bad : ndarray of bool
-        Text that is no stamp.
+        Text that is not a stamp.
     findings : list of Finding
     """
 
@@ -333,7 +333,7 @@ class Clock:
     def from_zero(
         self, values: npt.NDArray[np.int64], known: npt.NDArray[np.bool_], unit_ns: int
     ) -> FloatArray:
-        """Count from the first stamp, or from the zero that was given."""
+        """Count from the first stamp, or from the given zero."""
         out = np.full(values.size, np.nan)
         if known.any():
             zero = values[int(np.flatnonzero(known)[0])] if self.zero is None else self.zero
@@ -342,7 +342,7 @@ class Clock:
         return out
 
     def of_integers(self, column: Any, unit: str) -> FloatArray:
-        """Read a clock of integers, which is exact: from its first stamp where that is an epoch."""
+        """Read a clock of integers exactly: from its first stamp if they count from an epoch."""
         values, known = integers(column)
         first = values[known][:1].astype(np.float64) * clocks.UNITS_NS[unit] / clocks.NS
         if self.zero is not None or (first.size and abs(first[0]) > clocks.EPOCH_S):
@@ -352,7 +352,7 @@ class Clock:
         return out
 
     def of_numbers(self, column: Any) -> FloatArray:
-        """Read a clock of numbers in the unit that is stated, or that an epoch tells."""
+        """Read a clock of numbers in the stated unit, or that of an epoch."""
         unit = self.name.unit.symbol if self.name.unit is not None else None
         if unit is None:
             numbers = as_floats(column)
@@ -385,7 +385,7 @@ class Clock:
         return self.from_zero(values, known, 1)
 
     def of_text(self, texts: Texts, reading: NumberStyle) -> FloatArray:
-        """Read a clock of numbers among text; whole numbers without loss."""
+        """Read a clock of numbers among text; integers exactly."""
         import pyarrow as pa
 
         numbers = texts.numbers(reading.mark, reading.grouped)
@@ -406,7 +406,7 @@ class Clock:
         return self.of_numbers(pa.array(numbers, from_pandas=True))
 
     def of_two(self, whole: Any, part: Any, unit: str) -> FloatArray:
-        """Read a clock in two columns: whole seconds, and the rest in a smaller unit."""
+        """Read a clock in two columns: whole seconds, and fractions in a smaller unit."""
         seconds, known = self.exact(whole)
         ns = clocks.UNITS_NS[unit]
         rest_ns, both = self.in_billionths(part, ns)
@@ -426,7 +426,7 @@ class Clock:
     def in_billionths(
         self, column: Any, ns: int
     ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.bool_]]:
-        """Read parts of a second in ns, whole numbers without loss; others to the nearest one."""
+        """Read parts of a second in ns, integers exactly, others rounded."""
         numbers = as_floats(column) if holds_numbers(column) else Texts(column).numbers(".", False)
         known = np.isfinite(numbers)
         if np.all(numbers[known] == np.round(numbers[known])):
@@ -435,7 +435,7 @@ class Clock:
         return np.where(known, np.round(numbers * ns), 0.0).astype(np.int64), known
 
     def exact(self, column: Any) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.bool_]]:
-        """Read a column of whole numbers without loss."""
+        """Read a column of integers exactly."""
         if is_text(column):
             texts = Texts(column)
             self.bad |= ~texts.integer & ~texts.missing
@@ -455,13 +455,13 @@ class Clock:
 
 
 def as_floats(column: Any) -> FloatArray:
-    """Return a column of numbers, rounded to nearest where float64 does not hold the integers."""
+    """Return a column of numbers; integers beyond float64 are rounded."""
     floats = column.cast("float64", safe=False)
     return np.asarray(floats.to_numpy(zero_copy_only=False), dtype=np.float64)
 
 
 def integers(column: Any) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.bool_]]:
-    """Return a column of integers, 0 where there is none, and where there is one."""
+    """Return a column of integers, 0 if missing, and a mask of the existing ones."""
     import pyarrow.compute as pc
 
     known = np.asarray(column.is_valid().to_numpy(zero_copy_only=False), dtype=np.bool_)
@@ -476,9 +476,9 @@ def within_range(
     quantity: Quantity,
     place: Callable[[int], str],
 ) -> tuple[FloatArray, list[Finding]]:
-    """Remove numbers that this quantity cannot have; refuse a column that has more than a few.
+    """Remove numbers out of the range of the quantity; refuse a column with more than a few.
 
-    What is not finite is counted elsewhere.
+    Values that are not finite are counted elsewhere.
     """
     beyond = np.isfinite(values) & ~((values >= quantity.low) & (values <= quantity.high))
     count = int(np.count_nonzero(beyond))

@@ -1,13 +1,13 @@
-"""Encoders: whole turns and overflows that a reading lost, put back where the other encoder shows.
+"""Encoders: restore whole turns and overflows that the other encoder reveals.
 
 The lost motion ``output - input / ratio`` hardly changes from sample to sample, and an encoder that
-wraps makes it jump by its modulus: one turn, or as many counts as its counter holds. So two
-encoders check each other. Where the lost motion is continuous nothing is changed. Where it jumps, a
-modulus is put back only if the lost motion is continuous with it; of several moduli, the one that
-leaves the least change. What remains open is returned, not decided.
+wraps makes it jump by its modulus: one turn, or as many counts as its counter holds. Thus two
+encoders check each other. If the lost motion is continuous, nothing is changed. If it jumps, a
+modulus is restored only if this makes the lost motion continuous; of several moduli, the one with
+the least change. Undecided jumps are returned.
 
 Lost motion and motion of the input are confounded modulo ``modulus / ratio``. The bounds below
-state how much of that a jump may miss, and when the input's own reading must confirm it.
+state the tolerance of a jump, and when the reading of the input must confirm it.
 """
 
 from __future__ import annotations
@@ -82,16 +82,16 @@ UNDECIDED_ACTION = (
 
 @dataclass(frozen=True)
 class Modulus:
-    """What an encoder's reading is known up to.
+    """Modulus up to which an encoder reading is known.
 
     Attributes
     ----------
     size_rad : float
-        Angle after which the reading begins anew.
+        Angle after which the reading wraps.
     action : str
-        What is reported when it was put back.
+        Report text when it was restored.
     held : bool
-        Whether the readings stay within one such range, as those of an encoder that wraps do.
+        Whether the readings stay within one such range, as for an encoder that wraps.
     """
 
     size_rad: float
@@ -101,7 +101,7 @@ class Modulus:
 
 @dataclass(frozen=True)
 class Counter:
-    """What a map says of an encoder: the angle of a count, and after how many it overflows."""
+    """Encoder properties from a map: angle of a count, and counts until overflow."""
 
     count_rad: float
     counts: float | None = None
@@ -109,7 +109,7 @@ class Counter:
 
 @dataclass
 class PutBack:
-    """Two angles with what their encoders lost; the same arrays where nothing was lost."""
+    """Two angles with restored turns; the same arrays if nothing was lost."""
 
     input_rad: FloatArray
     output_rad: FloatArray
@@ -120,7 +120,7 @@ class PutBack:
 
 
 def count_rad(angle_rad: FloatArray) -> float | None:
-    """Find the count of an encoder: the angle of which all differences are multiples."""
+    """Find the resolution of an encoder: the angle of which all differences are multiples."""
     levels = np.unique(angle_rad)
     if levels.size < LEVELS_LEAST:
         return None
@@ -139,7 +139,7 @@ def count_rad(angle_rad: FloatArray) -> float | None:
 
 
 def held_within(angle_rad: FloatArray, size_rad: float) -> bool:
-    """Whether all readings but a few wild ones stay within one range of a size."""
+    """Whether all readings except a few outliers stay within one range of a size."""
     levels = np.sort(angle_rad)
     reach = np.searchsorted(levels, levels + size_rad * (1 + 1e-9), side="right")
     within = int(np.max(reach - np.arange(levels.size)))
@@ -147,7 +147,7 @@ def held_within(angle_rad: FloatArray, size_rad: float) -> bool:
 
 
 def moduli(angle_rad: FloatArray, stated: Counter | None = None) -> list[Modulus]:
-    """List what an encoder may be known up to, likely ones first."""
+    """List possible moduli of an encoder, likely ones first."""
     turn = Modulus(TURN, PUT_BACK, held_within(angle_rad, TURN))
     count = count_rad(angle_rad) if stated is None else stated.count_rad
     ends = {f"2^{bits}": 2.0**bits for bits in COUNTER_BITS} if count is not None else {}
@@ -169,7 +169,7 @@ def put_back(
     ratio: float,
     counters: Mapping[str, Counter] | None = None,
 ) -> PutBack:
-    """Put back what the encoders lost where this alone makes the lost motion continuous.
+    """Restore what the encoders lost if only this makes the lost motion continuous.
 
     Parameters
     ----------
@@ -178,7 +178,7 @@ def put_back(
     ratio : float
         Input turns for one output turn, signed.
     counters : mapping, optional
-        What a map says of the counts of "input_angle" and "output_angle".
+        Counters of "input_angle" and "output_angle" from a map.
     """
     stated = counters or {}
     unchanged = PutBack(input_rad, output_rad)
@@ -188,7 +188,7 @@ def put_back(
     ends_out: list[Modulus | None] = [None, *moduli(output_rad, stated.get("output_angle"))]
 
     def change_of(found: PutBack) -> float:
-        """Way of the lost motion; no step counts more than a turn of the input, as wild ones do."""
+        """Travel of the lost motion; each step counts at most one turn of the input."""
         step = np.abs(np.diff(found.output_rad - found.input_rad / ratio))
         return float(np.minimum(step, TURN / abs(ratio)).sum())
 
@@ -235,7 +235,7 @@ def follow(
     end_in: Modulus | None,
     end_out: Modulus | None,
 ) -> PutBack:
-    """Put back what is lost if the encoders are known up to these moduli."""
+    """Restore what is lost if the encoders have these moduli."""
     size_in = 0.0 if end_in is None else end_in.size_rad
     size_out = 0.0 if end_out is None else end_out.size_rad
     unit = size_in / abs(ratio) if end_in is not None else size_out
@@ -308,7 +308,7 @@ def follow(
 
 
 def nearest_out(step: FloatArray, step_out: FloatArray, size: float, unit: float) -> FloatArray:
-    """Moduli of the output by its nearest way; by another where only that leaves whole ones."""
+    """Moduli of the output by the shortest path; by another if only that gives integers."""
     best = -np.rint(step_out / size)
 
     def missed(turns: FloatArray) -> FloatArray:
@@ -322,22 +322,22 @@ def nearest_out(step: FloatArray, step_out: FloatArray, size: float, unit: float
 
 
 def spread(turns: FloatArray, rows: IntArray, size: int) -> FloatArray:
-    """Sum of the moduli up to every sample; a wild one has those of the sample before it."""
+    """Cumulated moduli at every sample; an outlier has those of the previous sample."""
     at = np.zeros(size)
     at[rows[1:]] = turns
     return np.cumsum(at)
 
 
 def apart_from_neighbours(step: FloatArray) -> FloatArray:
-    """Difference of every step from the mean of the steps beside it."""
+    """Difference of every step from the mean of the adjacent steps."""
     padded = np.pad(step, 1, "reflect" if step.size > 1 else "edge")
     return np.asarray(step - 0.5 * (padded[:-2] + padded[2:]))
 
 
 def range_of_pieces(lost: FloatArray, most: float) -> float:
-    """Largest range of the lost motion over stretches without a jump, at most `most`.
+    """Largest range of the lost motion over sections without a jump, at most `most`.
 
-    Where most steps are jumps there are no such stretches, and `most` is all that is known.
+    If most steps are jumps there are no such sections, and `most` is returned.
     """
     edges = np.concatenate(([0], np.flatnonzero(np.abs(np.diff(lost)) > most) + 1))
     if edges.size > lost.size // 2:
@@ -347,16 +347,16 @@ def range_of_pieces(lost: FloatArray, most: float) -> float:
 
 
 def stray(phase: FloatArray, bound: float, whole: float = 1.0) -> BoolArray:
-    """Mark bursts of samples that leave the lost motion and come back to it, but for whole units.
+    """Mark bursts of samples that leave the lost motion and return, up to whole units.
 
     Parameters
     ----------
     phase : ndarray
-        Lost motion in units of what a modulus makes of it.
+        Lost motion in units of the change by a modulus.
     bound : float
-        How far it moves otherwise.
+        Bound of its other motion.
     whole : float
-        1 where whole units do not count, 0 where they do.
+        1 if whole units do not count, else 0.
     """
     marked = np.zeros(phase.size, dtype=bool)
     if bound >= 0.5 * WRAP_SLACK:
@@ -378,17 +378,17 @@ def stray(phase: FloatArray, bound: float, whole: float = 1.0) -> BoolArray:
 
 
 def output_alone(input_moduli: FloatArray, output: FloatArray, size_out: float) -> BoolArray:
-    """Mark bursts in which the output's reading alone leaves, and comes back.
+    """Mark bursts in which only the output reading deviates and returns.
 
-    The input would have made whole turns and as many back, to the same reading, between a few
-    samples: a wild reading of the output is likelier.
+    Otherwise the input would have made whole turns forth and back, to the same reading, within a
+    few samples: an outlier of the output is more likely.
 
     Parameters
     ----------
     input_moduli : ndarray
         Reading of the input in its moduli.
     output : ndarray
-        Reading of the output, in what a modulus of the input makes of it.
+        Reading of the output, in units of its change by an input modulus.
     size_out : float
         Modulus of the output in the same unit, 0 where it has none.
     """
@@ -415,16 +415,16 @@ def output_alone(input_moduli: FloatArray, output: FloatArray, size_out: float) 
 
 
 def unwrap(angle_rad: FloatArray) -> tuple[FloatArray, int]:
-    """Put back the whole turns of an encoder that nothing checks, where it stays within one turn.
+    """Restore the whole turns of a single encoder whose readings stay within one turn.
 
-    A step near whole turns counts as a wrap when the usual step is below a quarter turn, after
-    putting the turns back: an encoder that rests at its seam wraps all the time. Faster recordings
-    are left alone: there a wrap cannot be distinguished from motion.
+    A step near whole turns counts as a wrap if the usual step, after restoring turns, is below a
+    quarter turn: an encoder at rest at its seam wraps continually. Faster recordings are not
+    changed, because a wrap cannot be distinguished from motion.
 
     Returns
     -------
     angle_rad : ndarray
-        The same array when nothing wrapped.
+        The same array if nothing wrapped.
     wraps : int
         Number of wraps found.
     """
@@ -450,7 +450,7 @@ def unwrap_known(angle_rad: FloatArray) -> tuple[FloatArray, int]:
 
 
 def open_steps(angle_rad: FloatArray) -> int:
-    """Count the steps above a quarter turn where they are usual and the angle is within a turn."""
+    """Count the steps above a quarter turn if they are frequent and the angle is within a turn."""
     known = angle_rad[np.isfinite(angle_rad)]
     step = np.abs(np.diff(known))
     if step.size == 0 or np.ptp(known) > TURN or np.median(step) <= WRAP_SLACK * TURN:
@@ -459,11 +459,11 @@ def open_steps(angle_rad: FloatArray) -> int:
 
 
 def bring_together(campaign: Campaign, ratio: float | None) -> None:
-    """Put back the whole turns of the input by which runs begin apart from the first one.
+    """Restore the whole turns of the input by which the starts of runs differ from the first.
 
-    An encoder that knows one turn begins every run within it, wherever the output stands. One that
-    counts turns does not, and there each run keeps its zero; so does a run whose lost motion was
-    recorded and not taken from the angles, and one that is not whole turns apart.
+    A single-turn encoder starts every run within one turn, wherever the output is. A multi-turn
+    encoder does not, and each run keeps its zero, as does a run with recorded lost motion, or one
+    that does not differ by whole turns.
     """
     if (
         ratio is None
@@ -507,5 +507,5 @@ def bring_together(campaign: Campaign, ratio: float | None) -> None:
 
 
 def first_readings(runs: Sequence[Run]) -> FloatArray:
-    """Readings of the input with which runs begin."""
+    """First readings of the input in each run."""
     return np.array([float(run.columns["input_angle"][0]) for run in runs])

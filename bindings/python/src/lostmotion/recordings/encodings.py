@@ -1,4 +1,4 @@
-"""Encodings: the bytes of a text file become UTF-8 with line feeds."""
+"""Encodings: convert a text file to UTF-8 with line feeds."""
 
 from __future__ import annotations
 
@@ -37,10 +37,9 @@ OTHER_KINDS = (
 
 
 def encoding_of(raw: bytes) -> tuple[str, int]:
-    """Tell the encoding of a text by its beginning, and the length of its byte order mark.
+    """Find the encoding of a text from its beginning, and the length of its byte order mark.
 
-    What has no mark and is not UTF-16 counts as UTF-8; `decoded` states what is done where it is
-    not.
+    Text without a mark that is not UTF-16 counts as UTF-8; `decoded` handles other cases.
     """
     for mark, name in MARKS:
         if raw.startswith(mark):
@@ -59,8 +58,8 @@ def as_utf8(file: str | Path, raw: bytes) -> bytes:
     """Return the text of a file as UTF-8, its lines ended by line feeds.
 
     UTF-16 and UTF-32 are recognised by their mark, UTF-16 also by its NULs. Bytes that are not
-    UTF-8 are taken for Windows-1252, of which Latin-1 is a part, unless the text before them has
-    letters in UTF-8: there they are damage, and stay visible as escapes.
+    UTF-8 are read as Windows-1252, which includes Latin-1, unless the text before them has letters
+    in UTF-8: then they are damage, and remain visible as escapes.
 
     Raises
     ------

@@ -23,7 +23,7 @@ MOMENTS_LISTED = 3
 
 @dataclass(frozen=True)
 class Finding:
-    """Something about the data that the reader should know.
+    """A fault or an assumption about the data.
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class Finding:
     action : str
         What was done about it.
     seconds : tuple of float
-        When, where the finding is about single samples.
+        Times, if the finding is about single samples.
     """
 
     kind: str
@@ -62,7 +62,7 @@ class Finding:
 
     @property
     def moments(self) -> str:
-        """Say when, the first few one by one."""
+        """List the first few times."""
         if not self.seconds:
             return ""
         shown = ", ".join(f"{t:.6g}" for t in self.seconds[:MOMENTS_LISTED])
@@ -71,7 +71,7 @@ class Finding:
 
 
 def say_findings(findings: Iterable[Finding]) -> list[str]:
-    """Say findings in as few sentences as there are things to say, doubtful numbers first."""
+    """Summarise findings in few sentences, doubtful values first."""
     groups: dict[tuple[str, str, str], list[Finding]] = {}
     for finding in findings:
         column = "" if finding.action == UNUSED else finding.column
@@ -81,7 +81,7 @@ def say_findings(findings: Iterable[Finding]) -> list[str]:
 
 
 def _told(group: Sequence[Finding]) -> str:
-    """Say findings of one kind, in one column or of columns that are not used."""
+    """Summarise findings of one kind, in one column or for unused columns."""
     first = group[0]
     if len(group) == 1:
         return str(first)

@@ -1,12 +1,11 @@
-"""Frozen readings: a sensor that repeats one reading while what it measures moves on.
+"""Frozen readings: a sensor repeats one reading while the measured quantity changes.
 
-A logger repeats the last reading when a bus, an amplifier or a driver hangs. The stretch is as long
-as the fault was, so it is no burst, and each of its readings is plausible. Three things together
-show it: the channel repeats its readings there as it does nowhere else, the other channel covers
-a good part of its range meanwhile, and at its end the reading jumps to where the drive is by then,
-alone; or the other channel covers half its range and nothing turns, and the drive is back where it
-was at the end. A load that is held repeats, and the drive stands, or jumps with it when it changes;
-a coarse encoder repeats all the time.
+A logger repeats the last reading if a bus, an amplifier or a driver hangs. The section is as long
+as the fault, so it is not a burst, and each reading is plausible. Three signs together show it: the
+channel repeats its readings only there; the other channel covers a large part of its range
+meanwhile; and at the end only this reading jumps to the present state of the drive, or the other
+channel covers half its range, nothing turns, and the drive has returned. A held load repeats as
+well, but the drive is at rest or jumps with it; a coarse encoder repeats always.
 """
 
 from __future__ import annotations
@@ -48,12 +47,12 @@ BESIDE = 10
 
 
 def frozen_rows(columns: Mapping[str, FloatArray], ratio: float | None) -> dict[str, BoolArray]:
-    """Mark the frozen readings of torque and angles, but for the first reading of each stretch.
+    """Mark the frozen readings of torque and angles, except the first of each section.
 
     Parameters
     ----------
     columns : mapping
-        Quantities of one run, before anything was put back in them; NaN where there is none.
+        Quantities of one run before any repair; NaN if missing.
     ratio : float, optional
         Input turns for one output turn.
     """
@@ -72,9 +71,9 @@ def frozen_rows(columns: Mapping[str, FloatArray], ratio: float | None) -> dict[
 def witnesses(
     columns: Mapping[str, FloatArray], ratio: float | None
 ) -> list[tuple[str, FloatArray, float | None]]:
-    """List each channel with one that moves where it does, and by how much that must move.
+    """List each channel with a related channel, and the required motion of the latter.
 
-    The range of the other channel itself tells by how much where None is given.
+    None: a share of the range of the other channel.
     """
     pairs: list[tuple[str, FloatArray, float | None]] = []
     angle = next((name for name in ("lost_motion", "output_angle") if name in columns), None)
@@ -92,16 +91,16 @@ def witnesses(
 def frozen(
     values: FloatArray, other: FloatArray, swing: float | None, turned_rad: FloatArray
 ) -> BoolArray:
-    """Mark the frozen readings of a channel, but for the first of each stretch.
+    """Mark the frozen readings of a channel, except the first of each section.
 
     Parameters
     ----------
     values, other : ndarray
-        The channel, and one that moves where it does ...
+        The channel, and a related channel ...
     swing : float, optional
-        ... by so much at least; by default `OTHER_SWING` of its range.
+        ... and its least motion; by default `OTHER_SWING` of its range.
     turned_rad : ndarray
-        Angle of the output: under a load that is held the lost motion varies as the drive turns.
+        Angle of the output: under a held load the lost motion varies as the drive turns.
     """
     marked = np.zeros(values.size, dtype=bool)
     step = np.diff(values)
@@ -129,6 +128,6 @@ def frozen(
 
 
 def jumps_behind(step: FloatArray, begin: int, end: int) -> bool:
-    """Whether the step behind a stretch is far larger than those before and behind it."""
+    """Whether the step after a section is far larger than its neighbours."""
     near = np.concatenate((step[max(begin - 1 - BESIDE, 0) : begin], step[end : end + BESIDE]))
     return bool(near.size > 0 and abs(step[end - 1]) > JUMP * np.max(np.abs(near)))

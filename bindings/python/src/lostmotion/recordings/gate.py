@@ -1,10 +1,10 @@
-"""The gate: recordings and drive file that contradict each other are refused before any fit.
+"""The gate: refuse recordings and drive file that contradict each other before any fit.
 
-One mistake is looked for that a single correction repairs: a sign, a factor of the ratio, two
-angles changed over, a unit, a torque of the motor's shaft. A reading of the files is consistent
-where the angles turn in the stated ratio, where the lost motion rises with the torque, and where it
-has about the size that the drive file says. What is stated is kept unless one of the three is
-beyond doubt wrong; then every correction that makes all three right is named, ready to paste.
+It searches for one error that a single correction repairs: a sign, a factor of the ratio, exchanged
+angles, a unit, or a torque of the motor shaft. The files are consistent if the angles turn in the
+stated ratio, the lost motion rises with the torque, and its size is about that of the drive file.
+They are accepted unless one of the three is clearly violated; then every correction that satisfies
+all three is printed, ready to paste.
 """
 
 from __future__ import annotations
@@ -52,15 +52,15 @@ STIFFNESSES = ("Nm_per_rad", "Nm_per_deg", "Nm_per_arcmin", "Nmm_per_rad")
 
 @dataclass(frozen=True)
 class Interpretation:
-    """One way to read the files: what is changed, and how it is written.
+    """One interpretation of the files: the correction and its notation.
 
     Attributes
     ----------
     what, paste : str
     input_by, output_by, torque_by, curve_by : float
-        Factors of the columns, and of the lost motion that the drive file says.
+        Factors of the columns, and of the lost motion of the drive file.
     swapped : bool
-        Whether the angles change over.
+        Whether the angles are exchanged.
     ratio : float
     """
 
@@ -75,25 +75,25 @@ class Interpretation:
 
     @property
     def size(self) -> float:
-        """Factor by which the lost motion over that of the drive file changes."""
+        """Factor on the ratio of measured lost motion to that of the drive file."""
         factor = self.output_by / (self.torque_by * self.curve_by)
         return max(abs(factor), 1 / abs(factor))
 
 
 @dataclass(frozen=True)
 class Consistency:
-    """How a reading stands.
+    """Consistency of an interpretation.
 
     Attributes
     ----------
     turning : float or None
-        Turns of the input for one of the output over the ratio; None where nothing turns.
+        Measured ratio divided by the stated one; None if nothing turns.
     times : float
-        Lost motion over that of the drive file.
+        Lost motion divided by that of the drive file.
     share : float
         Share of the lost motion that its curve explains, negative where it falls with the torque.
     load : float
-        Largest torque over the rated one.
+        Largest torque divided by the rated torque.
     """
 
     turning: float | None
@@ -103,12 +103,12 @@ class Consistency:
 
     @property
     def turns_right(self) -> bool:
-        """Whether the angles turn in the ratio, as far as they turn."""
+        """Whether the angles turn in the ratio, if they turn."""
         return self.turning is None or abs(self.turning - 1) <= RATIO_TOLERANCE
 
     @property
     def right(self) -> bool:
-        """Whether nothing contradicts the reading."""
+        """Whether nothing contradicts the interpretation."""
         if not self.turns_right:
             return False
         if abs(self.share) < SCALE_SHARE:
@@ -135,7 +135,7 @@ class Gate:
         self.torque_Nm = np.concatenate([run.torque_Nm for run in campaign.runs])
 
     def consistency(self, reading: Interpretation) -> Consistency:
-        """Describe how a reading stands."""
+        """Evaluate the consistency of an interpretation."""
         turns = self.ratio_by(reading)
         turning = None if turns is None else turns / reading.ratio
         torque = reading.torque_by * self.torque_Nm
@@ -153,7 +153,7 @@ class Gate:
         return Consistency(turning, times, share, largest / self.rated_torque_Nm)
 
     def ratio_by(self, reading: Interpretation) -> float | None:
-        """Turns of the input for one of the output, by the runs that turn; None where none does."""
+        """Turns of the input for one of the output, from turning runs; None if there are none."""
         found = []
         for turns in self.turns:
             if turns is None:
@@ -171,7 +171,7 @@ class Gate:
         return float(np.median(found)) if found else None
 
     def lost_motion(self, run: Run, reading: Interpretation) -> FloatArray:
-        """Lost motion of a run as a reading has it."""
+        """Lost motion of a run in an interpretation."""
         if not {"input_angle", "output_angle"} <= run.columns.keys():
             return reading.output_by * run.lost_motion_rad
         put_in, out = run.columns["input_angle"], run.columns["output_angle"]
@@ -186,9 +186,9 @@ def means(values: FloatArray, starts: npt.NDArray[np.intp]) -> FloatArray:
 
 
 def check_encoders(campaign: Campaign, ratio: float | None) -> None:
-    """Refuse runs in most of which one of two encoders was dead: no lost motion can be stated.
+    """Refuse runs in which one of two encoders was dead most of the time.
 
-    A ratio of 1 states none: an output that is locked is at rest while the input winds up.
+    Not for a ratio of 1: a locked output is at rest while the input winds up.
 
     Raises
     ------
@@ -222,31 +222,31 @@ def check_gate(
     rated_torque_Nm: float,
     catalogue: Mapping[str, object],
 ) -> None:
-    """Refuse recordings that contradict the drive file, with what would repair it, or each other.
+    """Refuse recordings that contradict the drive file or each other, with possible corrections.
 
     Parameters
     ----------
     campaign : Campaign
     curve_for : callable
-        From the largest torque in N m to a function of torques that gives the lost motion in rad.
+        Returns, for a largest torque in N m, a function from torques to lost motion in rad.
     drive_file : str
         Its name.
     ratio, rated_torque_Nm : float
         What it says.
     catalogue : mapping
-        Keys of the drive file with their values, whose stiffnesses may have another unit.
+        Keys and values of the drive file whose stiffnesses may have a wrong unit.
 
     Raises
     ------
     InputError
-        Names what contradicts, and every correction that makes all of it right.
+        Names the contradiction and every correction that resolves it.
     """
     refuse_contradiction(Gate(campaign, curve_for, rated_torque_Nm, ratio), drive_file, catalogue)
     check_encoders(campaign, ratio)
 
 
 def refuse_contradiction(gate: Gate, drive_file: str, catalogue: Mapping[str, object]) -> None:
-    """Refuse recordings that contradict the drive file where a single correction repairs it."""
+    """Refuse recordings that contradict the drive file if a single correction resolves it."""
     campaign, ratio = gate.campaign, gate.ratio
     stated = Interpretation("", "", ratio)
     stands = gate.consistency(stated)
@@ -282,13 +282,13 @@ def refuse_contradiction(gate: Gate, drive_file: str, catalogue: Mapping[str, ob
 
 
 def si_columns(run: Run) -> dict[str, tuple[str, ColumnName]]:
-    """Columns of a run under the names that they have in a file of SI units."""
+    """Columns of a run with the names of a file in SI units."""
     named = [QUANTITIES[name] for name in run.columns]
     return {q.name: (q.column, ColumnName(q, units.parse_unit(q.unit))) for q in named}
 
 
 def contradiction(gate: Gate, stands: Consistency) -> tuple[str, str, bool] | None:
-    """Describe what contradicts the drive file: column, found, and whether it is decisive."""
+    """Describe the contradiction: column, found, and whether it is decisive."""
     if not stands.turns_right and stands.turning is not None:
         curve = gate.curve_for(gate.campaign.largest_torque_Nm)(gate.torque_Nm)
         out = max(
@@ -318,7 +318,7 @@ def readings(
     chosen: Mapping[str, tuple[str, ColumnName]],
     catalogue: Mapping[str, object],
 ) -> Iterator[Interpretation]:
-    """List the corrections of one mistake."""
+    """List the possible corrections of one error."""
     stated = Interpretation("", "", gate.ratio)
     both = {"input_angle", "output_angle"} <= chosen.keys()
     if both:
@@ -380,7 +380,7 @@ def readings(
 
 
 def whole_ratio(ratio: float) -> float:
-    """Whole ratio within what the angles tell, else as measured."""
+    """Integer ratio within the accuracy of the angles, else as measured."""
     whole = round(ratio)
     return float(whole) if abs(ratio / whole - 1) <= 0.2 * RATIO_TOLERANCE else ratio
 
@@ -393,7 +393,7 @@ def as_map(
     unit: str | None = None,
     by: float = 1.0,
 ) -> str:
-    """Write the option that reads a column in another way."""
+    """Write the map option that corrects a column."""
     column, meaning = chosen[name]
     symbol = unit or (meaning.unit.symbol if meaning.unit else meaning.quantity.unit)
     factor = meaning.factor * by
@@ -406,7 +406,7 @@ def as_map(
 def other_units(
     chosen: Mapping[str, tuple[str, ColumnName]], names: tuple[str, ...], symbols: tuple[str, ...]
 ) -> Iterator[tuple[str, float]]:
-    """Yield the units that columns of one unit may have instead, and the factor that this makes."""
+    """Yield the units that columns of one unit may have instead, with the factor."""
     read = [unit for name in names if (unit := chosen[name][1].unit) is not None]
     if len({unit.symbol for unit in read}) != 1:
         return
@@ -417,13 +417,13 @@ def other_units(
 
 
 def stiffness_unit(key: str) -> units.Unit | None:
-    """Unit of a key of a catalogue that is a torsional stiffness; None of another key."""
+    """Unit of a catalogue key that is a torsional stiffness; None for other keys."""
     _, unit = units.split_unit(key)
     return unit if unit is not None and unit.dimension == units.TORSIONAL_STIFFNESS else None
 
 
 def stiffness_units(catalogue: Mapping[str, object]) -> Iterator[tuple[str, float]]:
-    """Yield the units that the stiffnesses of a sheet may have, and the lost motion's factor."""
+    """Yield possible units of data sheet stiffnesses, with the factor of the lost motion."""
     written = [unit for key in catalogue if (unit := stiffness_unit(key)) is not None]
     if len({unit.symbol for unit in written}) != 1:
         return

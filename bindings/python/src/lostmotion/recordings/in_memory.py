@@ -22,7 +22,7 @@ class MemoryTable:
     Parameters
     ----------
     name : str
-        What the data are called in messages.
+        Name of the data in messages.
     data : object with columns
     """
 
@@ -38,24 +38,24 @@ class MemoryTable:
         return first_cells(self.columns[column])
 
     def read(self, columns: Collection[int], as_text: bool = False) -> Rows:
-        """Take columns; `as_text` is for files of text."""
+        """Read columns; `as_text` is for text files."""
         return Rows({i: self.columns[i] for i in columns}, self.count)
 
 
 def has_columns(data: Any) -> bool:
-    """Whether data are a table, as `named_columns` takes one."""
+    """Whether data are a table for `named_columns`."""
     structured = getattr(getattr(data, "dtype", None), "names", None)
     tables = ("columns", "__arrow_c_stream__")
     return isinstance(data, Mapping) or bool(structured) or any(hasattr(data, t) for t in tables)
 
 
 def named_columns(name: str, data: Any) -> list[tuple[str, Any]]:
-    """Take the columns out of data, with their names.
+    """Return the columns of data, with their names.
 
     Raises
     ------
     InputError
-        When they have none.
+        If they have none.
     """
     if isinstance(data, Mapping):
         return [(str(label), values) for label, values in data.items()]
@@ -83,7 +83,7 @@ def arrow_of(name: str, label: str, values: Any) -> Any:
     Raises
     ------
     InputError
-        For what is no column of single values.
+        For anything but a column of single values.
     """
     import pyarrow as pa
 
@@ -103,7 +103,7 @@ def arrow_of(name: str, label: str, values: Any) -> Any:
 
 
 def of_objects(name: str, label: str, values: Any) -> Any:
-    """Make an array of Arrow from values of several kinds, or of kinds that Arrow has not."""
+    """Make an Arrow array from values of several types, or of types unknown to Arrow."""
     import pyarrow as pa
 
     cells = list(values)
@@ -127,7 +127,7 @@ def of_objects(name: str, label: str, values: Any) -> Any:
 
 
 def missing(cell: Any) -> bool:
-    """Whether a value means that there is none: None, NA, NaN, NaT."""
+    """Whether a value is missing: None, NA, NaN, NaT."""
     if cell is None or type(cell).__name__ in ("NAType", "NaTType"):
         return True
     return isinstance(cell, (float, np.floating)) and bool(np.isnan(cell))
@@ -153,7 +153,7 @@ def rows_in(name: str, labels: Sequence[str], columns: Sequence[Any]) -> int:
     Raises
     ------
     InputError
-        When they are not of one length.
+        If their lengths differ.
     """
     for label, column in zip(labels, columns, strict=True):
         if len(column) != len(columns[0]):

@@ -1,8 +1,7 @@
-"""Joining: columns that were recorded at different moments become rows, on request.
+"""Joining: columns recorded at different times become rows, on request.
 
-Rows are those of the slowest of torque and angles, so that each holds a measured value there; the
-other columns are read at its moments. Times are whole nanoseconds until the rows stand: only
-differences become seconds.
+The slowest of torque and angles gives the rows, which thus have a measured value of it; the other
+columns are resampled at its times. Times are integer nanoseconds; only differences become seconds.
 """
 
 from __future__ import annotations
@@ -55,23 +54,23 @@ def join_channels(
     file : Path
     channels : sequence of Channel
     leading : collection of str
-        Columns of which the slowest gives the rows: torque and angles.
+        Columns of which the slowest defines the rows: torque and angles.
     how : {"nearest", "linear"} or None
         None refuses columns of different clocks.
     clock : str or None
-        `RECEIVE_TIME` or `HEADER_STAMP`; None takes the stamps of the headers where all have them.
+        `RECEIVE_TIME` or `HEADER_STAMP`; None uses the stamps of the headers if all have them.
     findings : list of Finding
-        What was joined, and how far apart, is added.
+        Receives what was joined, and the largest gaps.
 
     Returns
     -------
     dict
-        Columns by name, ``time_s`` among them: from the first row on.
+        Columns by name, including ``time_s`` from the first row.
 
     Raises
     ------
     InputError
-        For different clocks without a request, and for columns that share no time.
+        For different clocks without a request, and for columns without common time.
     """
     stamps = choose_clock(file, channels, leading, clock, findings)
     channels, stamps = in_order(file, channels, stamps, findings)
@@ -140,13 +139,13 @@ def choose_clock(
 ) -> list[NanosecondArray]:
     """Stamps of every column, all of one clock.
 
-    Those of the headers, where torque and angles have them. What else has none is taken to be as
-    old at its receipt as they are.
+    Header stamps if torque and angles have them. Other columns without stamps are assumed to have
+    the same delay at receipt.
 
     Raises
     ------
     InputError
-        When stamps of headers are requested that a topic has not.
+        If header stamps are requested that a topic does not have.
     """
     first = [c for c in channels if c.column in leading] or channels
     without = sorted({channel.topic for channel in first if channel.header_ns is None})
@@ -177,7 +176,7 @@ def in_order(
     stamps: Sequence[NanosecondArray],
     findings: list[Finding],
 ) -> tuple[list[Channel], list[NanosecondArray]]:
-    """Sort the messages of every column by their stamps, and count those that were not."""
+    """Sort the messages of every column by their stamps, and count those out of order."""
     sorted_channels, sorted_stamps = [], []
     counted: set[str] = set()
     for channel, stamp in zip(channels, stamps, strict=True):
@@ -224,9 +223,9 @@ def note_delays(
     base: Sequence[int],
     findings: list[Finding],
 ) -> None:
-    """Note topics whose stamps lie otherwise behind their receipt than those of the rows.
+    """Report topics whose delay between stamp and receipt differs from that of the rows.
 
-    Sensors whose clocks differ look like a lag; the time of receipt, which one clock takes, tells.
+    Sensor clocks that differ look like a lag; the time of receipt, from a single clock, reveals it.
     """
     delays: Mapping[str, float] = {
         channel.topic: float(np.median(channel.received_ns - channel.header_ns)) * NANO
@@ -252,17 +251,17 @@ def note_delays(
 def read_at(
     rows_ns: NanosecondArray, stamp_ns: NanosecondArray, values: FloatArray, how: Join
 ) -> tuple[FloatArray, float, int]:
-    """Read a column at other moments, all within its own.
+    """Resample a column at other times within its range.
 
     Returns
     -------
     values : ndarray
-        Not a number where the column pauses.
+        NaN where the column pauses.
     gap_s : float
-        nearest: the longest way to a sample; linear: the longest step that was read within; of the
-        rows that have a value.
+        nearest: largest distance to a sample; linear: longest step interpolated; over rows with a
+        value.
     paused : int
-        Rows without one.
+        Rows without a value.
     """
     after = np.clip(np.searchsorted(stamp_ns, rows_ns), 1, max(stamp_ns.size - 1, 1))
     if stamp_ns.size == 1:

@@ -1,8 +1,8 @@
-"""Layout: where the table of a text begins, what separates its fields, its header and units.
+"""Layout: start of the table in a text, separator, header and units.
 
-Nothing is known about the program that wrote the text. Of every separator and every line above the
-rows that choice is taken by which the most lines agree: as many fields, numbers in the same places,
-and as many names above them.
+The program that wrote the text is unknown. Of all separators and header lines, those are chosen for
+which most lines agree: same number of fields, numbers in the same places, and as many names above
+them.
 """
 
 from __future__ import annotations
@@ -93,9 +93,9 @@ class Layout:
     ----------
     separator : Separator
     names, units : tuple of str
-        One for every field of a row; empty where there is none.
+        One for every field of a row; empty if none.
     header_line : int or None
-        Line of the header, from 1; None where there is none and names are numbers of columns.
+        Line of the header, from 1; None if there is none and names are column numbers.
     last_line : int
         Last line above the rows.
     before : tuple of int
@@ -112,7 +112,7 @@ class Layout:
 
 @dataclass(frozen=True)
 class Heading:
-    """A header found above rows, with the score it was chosen by."""
+    """A header found above rows, with its score."""
 
     names: tuple[str, ...]
     units: tuple[str, ...]
@@ -121,13 +121,13 @@ class Heading:
 
 
 def without_brackets(cell: str) -> str:
-    """Return a unit without the brackets round it."""
+    """Return a unit without brackets."""
     found = re.fullmatch(r"[\[({<]\s*(.*?)\s*[\])}>]", cell)
     return found[1] if found else cell
 
 
 def are_units(cells: Sequence[str], share: float = 0.5) -> bool:
-    """Whether cells are units, or state that there is none, at least this share of them."""
+    """Whether at least this share of the cells are units or state that there is none."""
     stated = [cell for cell in cells if cell.lower() not in NO_UNIT]
     if stated and all(without_brackets(cell) != cell for cell in stated):
         return True
@@ -138,7 +138,7 @@ def are_units(cells: Sequence[str], share: float = 0.5) -> bool:
 
 
 def known_names(cells: Sequence[str], wanted: Collection[str]) -> int:
-    """Count the cells that a map names, or that begin like a quantity."""
+    """Count the cells that a map names, or that start with a quantity."""
 
     def known(cell: str) -> bool:
         name = re.sub(r"[^a-z0-9]+", "_", cell.lower())
@@ -172,13 +172,13 @@ class Trial:
         self.heading = self.find_heading()
 
     def row(self, cells: Sequence[str], good: Sequence[bool]) -> bool:
-        """Whether a line is a row like most."""
+        """Whether a line is a typical row."""
         if len(cells) != self.width or not self.numeric:
             return False
         return all(good[j] for j in self.numeric) and any(is_value(cells[j]) for j in self.numeric)
 
     def score(self) -> tuple[float, int]:
-        """How well the lines agree, and the number of fields."""
+        """Agreement of the lines, and the number of fields."""
         if not any(self.is_row):
             return 0.0, 0
         first = self.heading.last + 1 if self.heading else self.is_row.index(True)
@@ -200,7 +200,7 @@ class Trial:
         return found
 
     def find_heading(self) -> Heading | None:
-        """Find the header: in the first block above rows that has one."""
+        """Find the header in the first block above rows that has one."""
         for begin, end in self.blocks():
             heading = self.heading_in(begin, end)
             above = any(self.is_row[:begin])
@@ -209,7 +209,7 @@ class Trial:
         return None
 
     def names_of(self, place: int) -> tuple[str, ...] | None:
-        """Names that a line gives to the fields of a row, if it does."""
+        """Names of the fields of a row in a line, if it has them."""
         line = self.lines[place][1]
         best: tuple[int, tuple[str, ...]] | None = None
         for text in dict.fromkeys((line, COMMENT.sub("", line, count=1))):
@@ -236,7 +236,7 @@ class Trial:
         return len(numbers) > 1 and all(int(b) == int(a) + 1 for a, b in pairwise(numbers))
 
     def empty_from(self, column: int) -> bool:
-        """Whether the rows have nothing from a column on."""
+        """Whether the rows are empty from a column on."""
         rows = [cells for cells, row in zip(self.cells, self.is_row, strict=True) if row]
         return column > 1 and not any(cell.strip() for cells in rows for cell in cells[column:])
 
@@ -262,12 +262,12 @@ class Trial:
 
     @staticmethod
     def is_below(cells: Sequence[str]) -> bool:
-        """Whether a line is one of units or of types, and no header."""
+        """Whether a line has units or types, and is not a header."""
         return are_units(cells) or all(cell.lower() in TYPES for cell in cells if cell)
 
 
 def find_layout(file: str | Path, text: str, whole: bool, wanted: Collection[str] = ()) -> Layout:
-    """Find how a text is read.
+    """Find the layout of a text.
 
     Parameters
     ----------
@@ -276,12 +276,12 @@ def find_layout(file: str | Path, text: str, whole: bool, wanted: Collection[str
     text : str
         The text, or its beginning; `whole` states which.
     wanted : collection of str
-        Names of columns that a map speaks of.
+        Names of columns in a map.
 
     Raises
     ------
     InputError
-        When there is no table: nothing, no lines that agree, or rows that do not fit the header.
+        If there is no table: empty text, no matching lines, or rows that do not fit the header.
     """
     stated = STATED.fullmatch(text.split("\n", 1)[0])
     candidates = [Separator(stated[1])] if stated else CANDIDATES
@@ -352,7 +352,7 @@ def trials_of(
 
 
 def refuse_width(file: str | Path, trial: Trial) -> None:
-    """Refuse rows that have another number of fields than the names above them."""
+    """Refuse rows whose number of fields differs from that of the names."""
     first = trial.is_row.index(True)
     for place in range(first - 1, -1, -1):
         number, line = trial.lines[place]
@@ -369,7 +369,7 @@ def refuse_width(file: str | Path, trial: Trial) -> None:
 def without_rows(
     file: str | Path, lines: Sequence[tuple[int, str]], candidates: Sequence[Separator]
 ) -> Layout:
-    """Return the layout of a text that has no row: its first line counts as the header."""
+    """Return the layout of a text without rows: its first line is the header."""
     number, line = next(((n, s) for n, s in lines if not COMMENT.match(s)), lines[0])
     most = max(candidates, key=lambda separator: line.count(separator.sign))
     try:

@@ -27,7 +27,7 @@ PASSES = 3
 
 
 class MeanCurve:
-    """Lost motion over the torque, by medians, whatever a few samples are."""
+    """Lost motion over the torque, by medians, robust against outliers."""
 
     def __init__(self, runs: Iterable[Run]) -> None:
         runs = list(runs)
@@ -62,7 +62,7 @@ class MeanCurve:
             self.lost_rad = np.array([np.median(parts[k]) for k in filled])
 
     def __call__(self, torque_Nm: FloatArray) -> FloatArray:
-        """Lost motion in rad at torques; beyond those that were measured, on a straight line."""
+        """Lost motion in rad at torques; linear beyond the measured range."""
         x, y = self.torque_Nm, self.lost_rad
         if x.size == 1:
             return np.zeros(torque_Nm.size)
@@ -71,16 +71,16 @@ class MeanCurve:
         return np.asarray(np.interp(inside, x, y) + slope * (torque_Nm - inside))
 
     def slope(self, torque_Nm: FloatArray) -> FloatArray:
-        """Compliance in rad/Nm at torques, or between those where it is larger."""
+        """Compliance in rad/Nm at torques, or the larger one between them."""
         x, y = self.torque_Nm, self.lost_rad
         if x.size == 1:
             return np.zeros(torque_Nm.size)
         return np.asarray(np.interp(torque_Nm, x, np.abs(np.gradient(y, x))))
 
     def noise(self, run: Run) -> FloatArray:
-        """Scatter from sample to sample that the noise of the torque makes, by the slope there.
+        """Scatter from sample to sample due to torque noise, by the local slope.
 
-        Where the drive is soft, as in its backlash, a little torque is a large angle.
+        Where the drive is soft, as in its backlash, a small torque causes a large angle.
         """
         slope = self.slope(run.torque_Nm)
         beside = np.maximum(slope[1:], slope[:-1])

@@ -1,9 +1,8 @@
-"""Numerals: columns of text become numbers, whatever separates decimals and thousands.
+"""Numerals: convert columns of text to numbers, with any decimal and thousands separator.
 
-``3,767`` is 3.767 where a comma stands before the decimals, and 3767 where it separates thousands.
-What decides is the rest of the file: numbers that can be read one way only, digits without a mark
-beside it, and the steps from row to row. Where nothing decides, or two things contradict each
-other, both readings are stated and the file is refused.
+``3,767`` is 3.767 with a decimal comma, and 3767 with a comma for thousands. The rest of the file
+decides: unambiguous numbers, digits without a mark, and the steps from row to row. If nothing
+decides, or the evidence is contradictory, both readings are stated and the file is refused.
 """
 
 from __future__ import annotations
@@ -48,7 +47,7 @@ SAME_MEANING = "numbers with a decimal point and without separators of thousands
 
 
 def patterns(mark: str) -> dict[str, str]:
-    """Forms of a number in which a mark occurs, as regular expressions."""
+    """Formats of a number with a mark, as regular expressions."""
     m, other = ("[.]", ",") if mark == "." else (",", "[.]")
     end = r"(?:[eEdD][+-]?[0-9]+)"
     return {
@@ -68,7 +67,7 @@ OTHER_MARK = {".": ",", ",": "."}
 
 
 class Texts:
-    """The cells of a column of text, without the unit that is behind every number."""
+    """The cells of a text column, without the unit after every number."""
 
     def __init__(self, column: Any, behind: str = "") -> None:
         import pyarrow as pa
@@ -92,11 +91,11 @@ class Texts:
         return np.asarray(values.to_numpy(zero_copy_only=False), dtype=np.bool_)
 
     def form(self, pattern: str) -> Mask:
-        """Mark the cells of a form."""
+        """Mark the cells of a format."""
         return self.mask(self.pc.match_substring_regex(self.text, pattern))
 
     def of(self, mark: str) -> dict[str, Mask]:
-        """Mark the forms in which a mark occurs."""
+        """Mark the cells in which a mark occurs."""
         kept: dict[str, dict[str, Mask]] = self.__dict__.setdefault("forms", {})
         if mark not in kept:
             kept[mark] = {name: self.form(p) for name, p in patterns(mark).items()}
@@ -104,22 +103,22 @@ class Texts:
 
     @cached_property
     def blank_groups(self) -> Mask:
-        """Mark the numbers whose thousands are separated by what is no mark."""
+        """Mark the numbers with thousands separated by other characters."""
         return self.form(BLANK_GROUPS)
 
     @cached_property
     def plain(self) -> Mask:
-        """Mark the numbers as they are written where a point stands before the decimals."""
+        """Mark the numbers written with a decimal point."""
         return self.form(f"^(?:{NUMBER})$")
 
     def certain(self, mark: str) -> Mask:
-        """Mark the numbers in which a mark can only stand before the decimals."""
+        """Mark the numbers in which a mark can only be the decimal separator."""
         other = self.of(OTHER_MARK[mark])
         forms = self.of(mark)
         return np.asarray(forms["decimal"] | forms["both"] | other["groups"])
 
     def numbers(self, mark: str, grouped: bool) -> FloatArray:
-        """Read all cells, NaN where they are no number in this reading."""
+        """Read all cells, NaN if not a number in this style."""
         pc, pa = self.pc, self.pa
         text = self.text
         if grouped or bool(np.any(self.blank_groups)):
@@ -161,7 +160,7 @@ class Texts:
 
 @dataclass(frozen=True)
 class NumberStyle:
-    """How the numbers of a column are written: the mark before the decimals, and groups or none."""
+    """Number style of a column: decimal mark, with or without groups."""
 
     mark: str
     grouped: bool
@@ -170,7 +169,7 @@ class NumberStyle:
 
 
 def largest_jump(values: FloatArray) -> float:
-    """Largest step as a share of the range; infinite where nothing moves."""
+    """Largest step as a share of the range; infinite if constant."""
     known = values[np.isfinite(values)]
     if known.size < 3 or np.ptp(known) == 0:
         return np.inf
@@ -178,7 +177,7 @@ def largest_jump(values: FloatArray) -> float:
 
 
 def decide_column(texts: Texts, mark: str) -> NumberStyle | None:
-    """Tell by the column alone what a mark means before three digits; None where nothing tells."""
+    """Meaning of a mark before three digits from the column alone; None if undecided."""
     import pyarrow.compute as pc
 
     whole = texts.integer & ~texts.form(r"^[+-]?0+$")
@@ -203,12 +202,12 @@ def decide_column(texts: Texts, mark: str) -> NumberStyle | None:
 def number_styles(
     file: str, columns: Mapping[str, Texts], place: Callable[[int], str]
 ) -> dict[str, NumberStyle]:
-    """Decide for the columns of a file how their numbers are written.
+    """Decide the number styles of the columns of a file.
 
     Raises
     ------
     InputError
-        Where a mark may mean two things; names both readings.
+        If a mark is ambiguous; states both readings.
     """
     votes = {
         name: {mark: int(np.count_nonzero(texts.certain(mark))) for mark in ".,"}
@@ -243,7 +242,7 @@ def by_the_rest(
     settled: Mapping[str, bool],
     place: Callable[[int], str],
 ) -> str:
-    """Decide on the mark before the decimals of a column that has no certain one."""
+    """Decide the decimal mark of a column without a certain one."""
     either = {mark: texts.of(mark)["either"] for mark in ".,"}
     marked = [mark for mark in ".," if np.any(either[mark])]
     if not marked:
@@ -271,7 +270,7 @@ def by_the_rest(
 
 
 def expected_number(text: str) -> str:
-    """Describe what is in the place of a text that is no number."""
+    """Describe what is expected instead of a text that is not a number."""
     if text.count(",") == 1 and "." not in text:
         return POINT_EXPECTED
     return NUMBER_EXPECTED
@@ -280,7 +279,7 @@ def expected_number(text: str) -> str:
 def refuse_text(
     file: str, name: str, texts: Texts, bad: Mask, rows: int, place: Callable[[int], str]
 ) -> None:
-    """Refuse a column that holds text beyond what damage leaves."""
+    """Refuse a column with more text than damage explains."""
     if np.count_nonzero(bad) > TEXT_SHARE * rows:
         row = int(np.flatnonzero(bad)[0])
         cell = str(texts.text[row])
@@ -290,7 +289,7 @@ def refuse_text(
 def note_text(
     file: str, name: str, texts: Texts, bad: Mask, place: Callable[[int], str]
 ) -> Finding:
-    """Note the cells of a column that are no numbers."""
+    """Report the cells of a column that are not numbers."""
     rows = np.flatnonzero(bad)
     cell = shorten(str(texts.text[int(rows[0])]))
     more = f", and {rows.size - 1} more" if rows.size > 1 else ""

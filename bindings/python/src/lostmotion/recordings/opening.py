@@ -1,4 +1,4 @@
-"""Opening: a file becomes a table, whatever its kind."""
+"""Opening: open a file of any kind as a table."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from lostmotion.recordings.texts import TextTable
 
 
 def open_table(file: Path, wanted: Collection[str] = ()) -> Table:
-    """Open a file; `wanted` are names that a map speaks of, by which a header is known."""
+    """Open a file; `wanted` are names in a map, which identify the header."""
     if is_parquet(file):
         return ParquetTable(file)
     return TextTable.of_file(file, wanted)

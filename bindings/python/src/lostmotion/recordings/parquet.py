@@ -28,12 +28,12 @@ def is_parquet(file: Path) -> bool:
 
 @contextmanager
 def arrow_errors(file: str | Path) -> Iterator[None]:
-    """Say in one line that a Parquet file cannot be opened, or read further on.
+    """Convert errors of opening or reading a Parquet file to one line.
 
     Raises
     ------
     InputError
-        For what Arrow raises inside.
+        For errors of Arrow.
     """
     import pyarrow
 
@@ -50,7 +50,7 @@ def open_parquet(file: Path) -> Any:
     Raises
     ------
     InputError
-        Where it holds so much more than its size that it is none of recordings.
+        If its content is implausibly large for its size.
     """
     with arrow_errors(file):
         import pyarrow.parquet
@@ -99,7 +99,7 @@ class ParquetTable:
         return Rows(found, self.opened.metadata.num_rows)
 
     def batches(self, group: int | None, columns: Collection[int], size: int) -> Iterator[Rows]:
-        """Read a row group in batches: what is damaged inside shows only here."""
+        """Read a row group in batches; damage inside is detected only here."""
         names = [self.header.names[i] for i in columns]
         groups = None if group is None else [group]
         if group is not None and self.opened.num_row_groups == 0:

@@ -1,4 +1,4 @@
-"""The protocol of a recording: which side was locked, and what was measured in place of the rest.
+"""The protocol of a recording: locked side, and quantities measured instead.
 
 With one side locked, its angle is at rest and needs no encoder. With the output locked, the
 external torque on it is the reaction to the motor's,
@@ -64,7 +64,7 @@ ORDER_ACTION = "no time stamps: rows in the given order; effects of time and spe
 
 @dataclass(frozen=True)
 class Protocol:
-    """What was at rest while the recordings were made.
+    """Side that was locked during the recordings.
 
     Attributes
     ----------
@@ -78,7 +78,7 @@ class Protocol:
     torque_constant_Nm_per_A: float | None = None
 
     def supplies(self, there: Collection[str]) -> set[str]:
-        """Quantities that need no column of their own, given those that are there."""
+        """Quantities that need no column, given the existing ones."""
         found = set()
         if ORDER in there:
             found.add("time")
@@ -110,7 +110,7 @@ class Protocol:
         Raises
         ------
         InputError
-            When the torque comes from the motor and the ratio is not known.
+            If the torque comes from the motor and the ratio is unknown.
         """
         out = {name: values for name, values in numbers.items() if name not in REPLACED}
         rows = next((values.size for values in numbers.values()), 0)
@@ -132,7 +132,7 @@ class Protocol:
         return out
 
     def unused(self, there: Collection[str]) -> list[str]:
-        """Quantities of a file that stand for others, where nothing needs them."""
+        """Substitute quantities of a file that are not needed."""
         return [
             name
             for name in REPLACED
@@ -146,7 +146,7 @@ class Protocol:
         return name == "motor_torque" or ("motor_torque" not in there and self._converts(there))
 
     def findings(self, file: str, there: Collection[str]) -> list[Finding]:
-        """Describe what the numbers of a file contain because of how they were measured."""
+        """Describe systematic contributions to the data from the measurement method."""
 
         def note(kind: str, column: str, action: str) -> Finding:
             return Finding(kind, file, column, None, 1, action)
@@ -169,7 +169,7 @@ FREE = Protocol()
 
 
 def suggest_protocol(there: Collection[str]) -> str:
-    """Describe which protocol would read a file that lacks columns; nothing where none would."""
+    """Suggest a protocol for a file that lacks columns; empty if none applies."""
     if "lost_motion" in there:
         return ""
     if "input_angle" in there and "output_angle" not in there:

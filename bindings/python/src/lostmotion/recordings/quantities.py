@@ -1,4 +1,4 @@
-"""What is measured: quantities, the unit each is kept in, and the range it may have."""
+"""Measured quantities, their stored units and permitted ranges."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from lostmotion import units
 
 @dataclass(frozen=True)
 class Quantity:
-    """A measured quantity: its name, the unit it is kept in, and what its values may be.
+    """A measured quantity: name, stored unit and permitted range.
 
-    The range is far beyond any drive: what lies outside it is another unit, a damaged file or a
-    number that arithmetic cannot bear.
+    The range is far beyond any drive: values outside indicate a wrong unit or a damaged file, or
+    would overflow.
     """
 
     name: str
@@ -24,7 +24,7 @@ class Quantity:
 
     @property
     def column(self) -> str:
-        """Name of the column in the unit that it is kept in."""
+        """Name of the column in the stored unit."""
         return f"{self.name}_{self.unit}" if self.unit else self.name
 
 

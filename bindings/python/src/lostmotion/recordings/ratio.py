@@ -1,4 +1,4 @@
-"""The ratio of a drive as its recordings tell it, where a run turns."""
+"""The ratio of a drive estimated from turning runs."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ shaft."""
 
 @dataclass(frozen=True)
 class Turns:
-    """How far the angles of a run turn, in rad, and how far the input for the output's way."""
+    """Rotation of the angles of a run in rad, and that of the input for the output's rotation."""
 
     slope: float
     swing_in: float
@@ -33,11 +33,11 @@ class Turns:
 
 
 def measured_ratio(run: Run) -> Turns | None:
-    """Measure the ratio at which the angles of a run turn together; None where they do not.
+    """Measure the ratio of the rotations of a run; None if they do not turn together.
 
-    By regression of the output, which holds the lost motion, over the input.
+    By regression of the output, which contains the lost motion, over the input.
 
-    Wraps that were not put back, because the ratio is wrong, are steps that do not count.
+    Wraps that were not restored because of a wrong ratio are excluded steps.
     """
     if not {"input_angle", "output_angle"} <= run.columns.keys() or len(run) < STEPS_LEAST:
         return None
@@ -54,11 +54,10 @@ def measured_ratio(run: Run) -> Turns | None:
 
 
 def estimate_ratio(campaign: Campaign) -> float | None:
-    """Input turns for one output turn, signed, by the runs that turn; None where none does.
+    """Input turns for one output turn, signed, from turning runs; None if there are none.
 
-    What of the lost motion is in proportion to the turn is in it. Runs that turn further count for
-    more. Where one encoder is dead for a while the two do not turn together as a whole: there the
-    steps in which both move tell.
+    Lost motion proportional to the rotation is included. Longer rotations have more weight. If one
+    encoder is dead for a while, only steps in which both move are used.
     """
     measured = [turns for run in campaign.runs if (turns := measured_ratio(run)) is not None]
     turning = [
@@ -77,7 +76,7 @@ def estimate_ratio(campaign: Campaign) -> float | None:
 
 
 def slope_of_steps(run: Run) -> float | None:
-    """Usual step of the input over that of the output where both move; None where none turns."""
+    """Ratio of the usual steps of input and output where both move; None if nothing turns."""
     if not {"input_angle", "output_angle"} <= run.columns.keys():
         return None
     put_in, out = run.columns["input_angle"], run.columns["output_angle"]

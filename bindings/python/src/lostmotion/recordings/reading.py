@@ -1,4 +1,4 @@
-"""Reading: files and folders become one campaign."""
+"""Reading: read files and folders into one campaign."""
 
 from __future__ import annotations
 
@@ -96,18 +96,18 @@ WHOLE_MAX = 2.0**53
 
 
 def by_number(path: Path) -> list[tuple[int, str]]:
-    """Order of names in which numbers count as numbers: ``run_2`` before ``run_10``."""
+    """Sort key of names with numbers in numeric order: ``run_2`` before ``run_10``."""
     parts = re.split(r"([0-9]+)", path.name)
     return [(int(part) if i % 2 else 0, part) for i, part in enumerate(parts)]
 
 
 def recording_files(paths: Iterable[str | Path]) -> list[Path]:
-    """List the recordings that a set of files and folders stands for, folders as `by_number` says.
+    """List the recordings in a set of files and folders, folders in the order of `by_number`.
 
     Raises
     ------
     InputError
-        When a path does not exist, is of another kind, or a folder holds no recording.
+        If a path does not exist, has a wrong type, or a folder contains no recording.
     """
     found: list[Path] = []
     for given in paths:
@@ -154,20 +154,19 @@ def read_campaign(
     ratio : float, optional
         Input turns for one output turn; needed where only the two angles were recorded.
     mapping : mapping, optional
-        From a foreign column name to ``NAME_UNIT``; ``-NAME_UNIT`` turns its sign round,
-        ``NAME_UNIT/NUMBER`` divides (``input_angle_rev/4096``: counts), and
-        ``NAME_UNIT/NUMBER%COUNTS`` says after how many counts the column begins anew. It counts in
-        the files that have the column, where it goes before a column that has the name already.
+        From a column name to ``NAME_UNIT``; ``-NAME_UNIT`` reverses the sign, ``NAME_UNIT/NUMBER``
+        divides (``input_angle_rev/4096``: counts), and ``NAME_UNIT/NUMBER%COUNTS`` states the
+        number of counts until overflow. It applies to the files that have the column, and takes
+        precedence over a column that already has the name.
     protocol : Protocol, optional
         Which side was locked, and the motor's torque constant; by default neither side.
     join : {"nearest", "linear"}, optional
-        How columns of a ROS 2 bag whose messages have other stamps become rows; without it they are
-        refused.
+        Resampling of columns of a ROS 2 bag with different stamps; without it they are refused.
 
     Returns
     -------
     Campaign
-        Runs in file order; within a file in the order in which their labels first appear.
+        Runs in file order; within a file in the order of first appearance.
 
     Raises
     ------
@@ -207,7 +206,7 @@ def campaign_of_table(
 
 
 def judged(runs: list[Run], findings: list[Finding], ratio: float | None) -> Campaign:
-    """Make a campaign of runs, and note the faults that only all of them together show."""
+    """Make a campaign of runs, and report faults that appear only over all runs."""
     runs = without_copies(runs, findings)
     name_apart(runs)
     campaign = Campaign(without_single(runs, findings), findings)
@@ -244,7 +243,7 @@ def _read_file(
 def note_columns(
     table: Table, mapping: Mapping[str, str], protocol: Protocol, findings: list[Finding]
 ) -> dict[str, tuple[str, ColumnName]]:
-    """Choose the columns of a table; note what its protocol puts in, and what is not used."""
+    """Choose the columns of a table; report quantities from the protocol and unused columns."""
     name = table.header.file
     chosen, ignored = resolve_columns(table.header, mapping, protocol)
     findings += protocol.findings(name, chosen)
@@ -264,7 +263,7 @@ def read_runs(
     findings: list[Finding],
     protocol: Protocol,
 ) -> list[Run]:
-    """Read the runs of a table; `only` is the label of the run where no column says any."""
+    """Read the runs of a table; `only` is the label of the run if no column has labels."""
     name = table.header.file
     chosen = note_columns(table, mapping, protocol, findings)
     read = read_numbers(table, chosen, protocol, ratio)
@@ -307,7 +306,7 @@ def read_runs(
 
 
 def newest_first(time_s: npt.NDArray[np.float64], codes: npt.NDArray[np.intp]) -> bool:
-    """Whether the clock of every run goes back, and never on."""
+    """Whether the clock of every run only decreases."""
     step = np.diff(time_s)
     step = step[(np.diff(codes) == 0) & np.isfinite(step)]
     return bool(step.size >= STEPS_BACK_LEAST and np.all(step <= 0) and np.any(step < 0))
@@ -327,7 +326,7 @@ def first_appearance(
 def runs_of_blocks(
     file: str, only: str, read: Numbers, findings: list[Finding]
 ) -> tuple[npt.NDArray[np.intp], list[int | str]]:
-    """Separate runs where the clock goes back behind every blank line; else there is one."""
+    """Separate runs if the clock restarts after every blank line; else one run."""
     time = read.quantities["time"]
     codes = np.zeros(time.size, dtype=np.intp)
     begin = [row for row in read.blocks if 0 < row < time.size]
@@ -372,7 +371,7 @@ def read_bag(
 
 
 def note_missing(campaign: Campaign) -> None:
-    """Note the quantities that were recorded in some runs only, in which nothing can use them."""
+    """Report quantities recorded only in some runs, which are not used."""
     for name, quantity in QUANTITIES.items():
         without = [run for run in campaign.runs if name not in run.columns]
         if len(without) == len(campaign.runs):
@@ -384,9 +383,9 @@ def note_missing(campaign: Campaign) -> None:
 
 
 def without_single(runs: list[Run], findings: list[Finding]) -> list[Run]:
-    """Leave out the runs of one sample where others have more: every run has an offset of its own.
+    """Leave out runs of one sample if others have more, because every run has its own offset.
 
-    Rows below a table, as of its smallest and mean values, are such runs where their label is one.
+    Rows below a table, such as minimum and mean values, look like such runs if they have a label.
     """
     longer = [run for run in runs if len(run) > 1]
     if not longer:
@@ -398,7 +397,7 @@ def without_single(runs: list[Run], findings: list[Finding]) -> list[Run]:
 
 
 def without_copies(runs: list[Run], findings: list[Finding]) -> list[Run]:
-    """Leave out the runs that repeat another one in every digit: the same recording, read twice."""
+    """Leave out runs that are identical to another one: the same recording, read twice."""
     first: dict[bytes, Run] = {}
     kept = []
     for run in runs:
@@ -415,9 +414,9 @@ def without_copies(runs: list[Run], findings: list[Finding]) -> list[Run]:
 
 
 def name_apart(runs: Sequence[Run]) -> None:
-    """Put the file before labels that several files use.
+    """Prefix labels with the file if several files use them.
 
-    Where a file numbers its runs anew, a session begins: the drive may have moved in between.
+    A file that restarts the numbering begins a session: the drive may have moved in between.
     """
     labels = [run.label for run in runs]
     if len(set(labels)) != len(labels):
@@ -446,16 +445,16 @@ def run_codes(
     file, column : str
         For messages.
     values : array of Arrow
-        What is in the column.
+        Content of the column.
     place : callable
-        Where a row stands.
+        Location of a row.
     findings : list of Finding, optional
-        Takes the rows without a label that stand within a run, and belong to it.
+        Receives the rows without a label within a run, which belong to it.
 
     Raises
     ------
     InputError
-        For other rows without a label, and for more or longer labels than runs have.
+        For other rows without a label, and for too many or too long labels.
     """
     import pyarrow as pa
     import pyarrow.compute as pc
@@ -509,10 +508,10 @@ def run_codes(
 
 
 def with_stray_labels_taken_in(codes: npt.NDArray[np.intp]) -> npt.NDArray[np.intp]:
-    """Return codes of runs in which a burst of other labels amid a run has that run's.
+    """Return run codes in which a burst of other labels within a run has the code of that run.
 
-    A run is what is on both sides for longer than a burst: recordings that take turns row by
-    row are left as they are.
+    The run must be longer than a burst on both sides: recordings that alternate row by row are not
+    changed.
     """
     begins = np.flatnonzero(np.diff(codes, prepend=codes[:1] - 1))
     sizes = np.diff(begins, append=codes.size)
@@ -526,7 +525,7 @@ def with_stray_labels_taken_in(codes: npt.NDArray[np.intp]) -> npt.NDArray[np.in
 
 
 def inside_runs(labels: Any) -> bool:
-    """Whether the rows without a label all stand between rows of one run."""
+    """Whether all rows without a label are between rows of one run."""
     import pyarrow.compute as pc
 
     before, after = pc.fill_null_forward(labels), pc.fill_null_backward(labels)
@@ -544,7 +543,7 @@ def as_text(values: Any) -> Any:
 
 
 def whole_labels(labels: Sequence[Any]) -> list[int | str]:
-    """Return labels as integers where all are whole numbers, else as text."""
+    """Return labels as integers if all are integers, else as text."""
     try:
         numbers = [float(label) for label in labels]
     except ValueError:

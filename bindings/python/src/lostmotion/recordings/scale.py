@@ -1,4 +1,4 @@
-"""Scale: a lost motion that has the shape of the drive file's, but not its size."""
+"""Scale: lost motion with the shape but not the size of that of the drive file."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ MISTAKEN = (
 
 
 def check_scale(campaign: Campaign, expected: Callable[[FloatArray], FloatArray]) -> None:
-    """Note a campaign of which the drive file explains the shape, but not nearly the size.
+    """Report a lost motion with the shape, but by far not the size, of the drive file's.
 
     Parameters
     ----------
     campaign : Campaign
-        Gets a finding.
+        Receives a finding.
     expected : callable
-        Lost motion in rad that the drive file gives at torques in N m.
+        Lost motion in rad of the drive file at torques in N m.
     """
     if any(finding.kind in ("sign", "stuck", "scale", "ratio") for finding in campaign.findings):
         return

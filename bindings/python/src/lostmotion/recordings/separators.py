@@ -1,4 +1,4 @@
-"""Separators: what stands between the fields of a line, and how a line is cut there."""
+"""Separators: characters between the fields of a line, and splitting of lines."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ BLANK_NAME = re.compile(r'"[^"]*"|[^\s\[(]+(?:[ \t]*(?:\[[^\]]*\]|\([^)]*\)))?|\
 
 @dataclass(frozen=True)
 class Separator:
-    """What separates fields: a sign, or runs of blanks with dates and times of day joined or not.
+    """A field separator: a character, or runs of blanks with dates and times joined or not.
 
     Attributes
     ----------
     sign : str
-        One character; a blank stands for runs of blanks.
+        One character; a blank means runs of blanks.
     joined : bool
-        Whether a date and a time of day that a blank separates are one field.
+        Whether a date and a time of day separated by a blank are one field.
     """
 
     sign: str
@@ -43,7 +43,7 @@ class Separator:
         Raises
         ------
         csv.Error
-            For fields beyond what the csv module reads.
+            For fields larger than the limit of the csv module.
         """
         if self.sign == " ":
             return (BLANK_FIELD if self.joined else BLANK_PART).findall(line)
@@ -57,7 +57,7 @@ class Separator:
         return [name.strip().strip('"').strip() for name in found]
 
     def tabled(self, text: bytes) -> bytes:
-        """Return lines whose fields runs of blanks separate with tabs in their place."""
+        """Return lines with runs of blanks between fields replaced by tabs."""
         if self.sign != " ":
             return text
         cut = [b"\t".join(f.encode() for f in self.fields(s)) for s in text.decode().split("\n")]

@@ -1,4 +1,4 @@
-"""Soundness: clocks, dead sensors, ratio and sign, looked over and told as findings."""
+"""Soundness: checks of clocks, dead sensors, ratio and sign, reported as findings."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ STEP_LEAST_S = 1e-9
 
 
 def check_steps(file: str, time_s: FloatArray) -> None:
-    """Refuse a clock in another unit: so short a step makes speeds that arithmetic cannot bear."""
+    """Refuse a clock in a wrong unit: such short steps would overflow speeds."""
     step = np.diff(time_s)
     step = step[step > 0]
     if step.size and float(np.median(step)) < STEP_LEAST_S:
@@ -79,7 +79,7 @@ def sound_run(
     findings: list[Finding],
     counters: Mapping[str, Counter] | None = None,
 ) -> Run | None:
-    """Look a run over, note what is unsound, and leave out only rows that cannot be used."""
+    """Check a run, report faults, and leave out only unusable rows."""
 
     def note(kind: str, column: str, count: int, action: str) -> None:
         findings.append(Finding(kind, file, column, label, count, action))
@@ -141,7 +141,7 @@ def misreadings(
     ratio: float | None,
     counters: Mapping[str, Counter] | None,
 ) -> Iterator[tuple[str, npt.NDArray[np.bool_], str]]:
-    """Yield readings that can be judged as they were recorded: quantity, rows, what is reported."""
+    """Yield faults of raw readings: quantity, rows, report text."""
     angles = ("input_angle", "output_angle")
     if columns.keys() >= set(angles) and ratio is not None and math.isfinite(ratio):
         known = np.isfinite(columns["input_angle"]) & np.isfinite(columns["output_angle"])
@@ -166,7 +166,7 @@ def complete_angles(
     note: Callable[[str, str, int, str], None],
     counters: Mapping[str, Counter] | None,
 ) -> None:
-    """Put back what the encoders of a run lost, and note it with what stays open."""
+    """Restore what the encoders of a run lost, and report it with undecided jumps."""
     angles = [name for name in ("input_angle", "output_angle") if name in columns]
     wraps: dict[str, tuple[int, str]] = {}
     opened = {name: open_steps(columns[name]) for name in angles}
@@ -200,7 +200,7 @@ def complete_angles(
 
 
 def count_undecided(found: PutBack, torque_Nm: FloatArray, ratio: float) -> int:
-    """Count the jumps that stay open and that the load, which jumps there itself, does not make."""
+    """Count the undecided jumps that are not caused by a jump of the load."""
     rows = found.undecided
     turns = (found.output_rad * ratio - found.input_rad) / TURN
     jump = np.diff(turns, prepend=turns[:1])[rows]
@@ -210,7 +210,7 @@ def count_undecided(found: PutBack, torque_Nm: FloatArray, ratio: float) -> int:
 
 
 def stuck_sensors(columns: Mapping[str, FloatArray], ratio: float | None) -> dict[str, int]:
-    """Name the sensors that were at rest while their quantity moved, and for how many samples."""
+    """List the sensors that were constant while their quantity moved, and for how many samples."""
     found = {}
     for quantity, other in (("torque", "lost_motion"), ("lost_motion", "torque")):
         count = longest_stuck(columns[quantity], columns[other])
@@ -225,7 +225,7 @@ def stuck_sensors(columns: Mapping[str, FloatArray], ratio: float | None) -> dic
 
 
 def dead_encoders(columns: Mapping[str, FloatArray], ratio: float | None) -> dict[str, int]:
-    """Name the encoders that were at rest while the other turned further than a drive winds up."""
+    """List the encoders that were constant while the other turned more than a drive winds up."""
     if not {"input_angle", "output_angle"} <= columns.keys():
         return {}
     if ratio is None or not math.isfinite(ratio):
@@ -240,9 +240,9 @@ def dead_encoders(columns: Mapping[str, FloatArray], ratio: float | None) -> dic
 
 
 def longest_stuck(values: FloatArray, other: FloatArray, swing: float | None = None) -> int:
-    """Length of the longest stretch of identical values during which the other channel moved on.
+    """Length of the longest section of identical values while the other channel moved.
 
-    Returns 0 when there is no stretch of at least `STUCK_SAMPLES` samples over which `other` covers
+    Returns 0 if there is no section of at least `STUCK_SAMPLES` samples in which `other` covers
     `swing`, by default `STUCK_SWING` of its range.
     """
     if swing is None:
@@ -264,7 +264,7 @@ RATIO_DOUBT_RAD = 5e-3
 
 
 def check_ratio(campaign: Campaign, ratio: float | None) -> None:
-    """Note a campaign whose angles, where the drive turns, have another ratio than was stated."""
+    """Report a campaign whose angles turn in a ratio other than that stated."""
     if (
         ratio is None
         or math.isinf(ratio)
@@ -299,9 +299,9 @@ def check_ratio(campaign: Campaign, ratio: float | None) -> None:
 
 
 def check_sign(campaign: Campaign) -> None:
-    """Note a campaign whose lost motion falls with growing torque: one sign is turned round.
+    """Report a campaign whose lost motion falls with increasing torque: one sign is wrong.
 
-    Where a sensor is stuck, or the ratio wrong, the lost motion says nothing.
+    If a sensor is stuck, or the ratio wrong, the lost motion is not checked.
     """
     if any(finding.kind in ("stuck", "ratio") for finding in campaign.findings):
         return

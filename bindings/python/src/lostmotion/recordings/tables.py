@@ -1,7 +1,7 @@
-"""Tables: what a file or data in memory is read through: a header, and columns as they stand.
+"""Tables: common interface of files and data in memory: a header and raw columns.
 
-Every kind of table has a header, which is known before any row is read, and gives the columns that
-are requested as arrays of Arrow.
+Every table has a header, known before any row is read, and returns requested columns as Arrow
+arrays.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ CELLS_SHOWN = 8
 
 @dataclass(frozen=True)
 class Header:
-    """What is known of a table before it is read.
+    """Properties of a table before it is read.
 
     Attributes
     ----------
     file : str
-        The file, or what the table is called.
+        File, or name of the table.
     names, units : tuple of str
-        Names of the columns as they stand, which may repeat or be empty, and their units where a
-        row of units says so.
+        Names of the columns, which may repeat or be empty, and their units if there is a row of
+        units.
     place : str
-        ``line 4`` where the header is not the first line; empty where nobody wonders.
+        ``line 4`` if the header is not the first line; otherwise empty.
     cells : callable
         First cells of a column by its number, as text.
     """
@@ -52,10 +52,10 @@ class Rows:
     Attributes
     ----------
     columns : dict
-        From the number of a column to its array of Arrow.
+        Arrow arrays by column number.
     count : int
     place : callable
-        Where a row stands: ``line 7`` of a text, else ``row 7``.
+        Location of a row: ``line 7`` of a text, else ``row 7``.
     findings : list of Finding
         What was set aside.
     blocks : tuple of int
@@ -75,7 +75,7 @@ class Table(Protocol):
     header: Header
 
     def read(self, columns: Collection[int], as_text: bool = False) -> Rows:
-        """Read columns; as text where the table is one and that is requested."""
+        """Read columns, as text if requested and possible."""
         ...
 
 
@@ -85,7 +85,7 @@ def first_cells(column: Any) -> list[str]:
 
 
 def arrow_text(value: Any) -> str:
-    """Return a value of Arrow as text: Python's own times end at microseconds."""
+    """Return an Arrow value as text, because Python's times end at microseconds."""
     kind = str(value.type)
     if not value.is_valid:
         return ""

@@ -1,8 +1,8 @@
-"""Texts: a file of lines as a table, its rows split and read by Arrow.
+"""Texts: text files as tables, split and read by Arrow.
 
-Lines that do not fit are left out before: torn ones, messages of a logger, NULs of a card that was
-pulled out. Arrow reads a text that fits in one go, on all processors; only where it stops are the
-lines examined one by one.
+Lines that do not fit are left out first: torn lines, messages of a logger, NULs of a removed memory
+card. Arrow reads a valid text at once, on all processors; only if it stops are the lines examined
+one by one.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ class TextTable:
 
     @classmethod
     def header_of_file(cls, file: Path, wanted: Collection[str]) -> Header:
-        """Read the header of a file, and no more of it than that needs."""
+        """Read only the header of a file."""
         raw = read_bytes(file, "a text with separators")
         if raw.startswith(GZIP) or file.name.lower().endswith(".gz"):
             raw = inflate(file, raw, HEAD_BYTES)
@@ -90,7 +90,7 @@ class TextTable:
         return len(self.layout.names)
 
     def read(self, columns: Collection[int], as_text: bool = False) -> Rows:
-        """Read columns, with types that Arrow finds, or as text."""
+        """Read columns, with types detected by Arrow, or as text."""
         table = None
         if not self.cleaned:
             table = self.arrow(columns, as_text)
@@ -108,7 +108,7 @@ class TextTable:
         return Rows(found, table.num_rows, self.place, list(self.findings), self.blocks())
 
     def arrow(self, columns: Collection[int], as_text: bool) -> Any:
-        """Read the body by Arrow; None where a line does not fit or a column changes its type."""
+        """Read the body with Arrow; None if a line does not fit or a column changes its type."""
         import pyarrow
         import pyarrow.csv
 
@@ -160,7 +160,7 @@ class TextTable:
         return tuple(map(int, apart)) if apart.size < self.lines.size // 2 else ()
 
     def place(self, row: int) -> str:
-        """Describe where a row stands."""
+        """Describe the location of a row."""
         if self.lines is None:
             body = np.frombuffer(self.body, dtype=np.uint8)
             ends = np.flatnonzero(body == ord("\n"))
@@ -220,7 +220,7 @@ class TextTable:
     def over_lines(
         self, lines: Sequence[bytes], at: int, fields: list[str]
     ) -> tuple[int, list[str], bytes]:
-        """Join a line whose quotes stay open with those behind it, if that makes a row."""
+        """Join a line with unclosed quotes to the following ones, if that makes a row."""
         line = lines[at - 1]
         for more in range(1, min(JOINED_MAX, len(lines) - at) + 1):
             joined = b"\n".join(lines[at - 1 : at + more])
@@ -233,7 +233,7 @@ class TextTable:
 
 
 def bare_lines(text: bytes) -> bytes:
-    """Take off what a program put round every line: quotes, or a time of day and an arrow."""
+    """Remove what a program added to every line: quotes, or a time of day and an arrow."""
     head = [line for line in text[:HEAD_BYTES].split(b"\n", WRAPPED_LINES)[:WRAPPED_LINES] if line]
     if len(head) > 1 and all(QUOTED_LINE.fullmatch(line) for line in head):
         return re.sub(rb'(?m)^"(.*)"$', rb"\1", text).replace(b'""', b'"')
@@ -243,7 +243,7 @@ def bare_lines(text: bytes) -> bytes:
 
 
 def layout_of(file: Path, text: bytes, wanted: Collection[str]) -> Layout:
-    """Find the layout of a text by its beginning."""
+    """Find the layout of a text from its beginning."""
     head = text[:HEAD_BYTES]
     if len(text) > HEAD_BYTES and b"\n" not in head:
         head = text[: text.find(b"\n") + 1] or text
@@ -273,7 +273,7 @@ def noted_before(file: str, layout: Layout) -> list[Finding]:
 
 
 def set_aside(file: str, torn: Sequence[tuple[int, str]], count: int) -> Finding:
-    """Note lines that are left out, of which the first few are at hand."""
+    """Report lines that are left out, with the first few."""
     number, line = torn[0]
     shown = one_line(shorten(line.replace("\0", "").strip() or "NUL bytes"))[:60]
     others = ", ".join(str(n) for n, _ in torn[1:4]) + (" ..." if count > 4 else "")
@@ -283,7 +283,7 @@ def set_aside(file: str, torn: Sequence[tuple[int, str]], count: int) -> Finding
 
 
 def fields_of(separator: Separator, line: bytes) -> list[str]:
-    """Cut a line; what cannot be cut is one field."""
+    """Split a line; an unsplittable line is one field."""
     text = line.decode("utf-8", "backslashreplace")
     try:
         return separator.fields(text)
@@ -292,7 +292,7 @@ def fields_of(separator: Separator, line: bytes) -> list[str]:
 
 
 def fitted(fields: list[str], named: int, width: int) -> list[str]:
-    """Return the fields of a row, empty ones at its end left out or put in; none if it is torn."""
+    """Return the fields of a row, padded or cut at its end; none if it is torn."""
     while len(fields) > width and not fields[-1].strip():
         fields = fields[:-1]
     if named <= len(fields) < width:
@@ -301,7 +301,7 @@ def fitted(fields: list[str], named: int, width: int) -> list[str]:
 
 
 def without_nuls(fields: list[str], line: bytes) -> list[str]:
-    """Mark the cell of a row that holds NULs; where more than one does, the row is none."""
+    """Mark the cell of a row with NULs; with several such cells the row is invalid."""
     if b"\0" not in line:
         return fields
     holding = [i for i, field in enumerate(fields) if "\0" in field]
@@ -320,7 +320,7 @@ def arrow_row(fields: Sequence[str], sign: str) -> bytes:
 
 
 def line_start(text: bytes, lines: int) -> int:
-    """Place behind so many lines."""
+    """Offset after a number of lines."""
     place = 0
     for _ in range(lines):
         found = text.find(b"\n", place)
@@ -337,7 +337,7 @@ def longest_line(text: bytes) -> int:
 
 
 def fits_arrow(text: bytes) -> bool:
-    """Whether there are no NULs, and quotes close in the line in which they open."""
+    """Whether there are no NULs, and quotes are closed within their line."""
     if b"\0" in text:
         return False
     if b'"' not in text:
@@ -349,10 +349,10 @@ def fits_arrow(text: bytes) -> bool:
 
 
 def native_bytes(text: bytes) -> Any:
-    """Put text into memory of Arrow's own, for its readers.
+    """Copy text to memory owned by Arrow, for its readers.
 
-    Their threads let go of it when they like, also while Python ends; of an object of Python they
-    could not, and would abort a command that has already answered.
+    Their threads may release it at any time, also at interpreter exit; with a Python object this
+    would abort a command that has already answered.
     """
     import pyarrow
 

@@ -1,17 +1,16 @@
-"""Wild values: samples that no drive and no sensor made, set aside.
+"""Outliers: samples that are not measurements, set aside.
 
-A dropped torque, a sensor's power-on value, a reading of zero or of full scale: the channel leaves
-where it is by far more than it moves, and comes back. A step that stays (a slip, a moved zero, a
+A dropped torque, a sensor's power-on value, a reading of zero or of full scale: the channel
+deviates by far more than its usual steps, and returns. A permanent step (a slip, a shifted zero, a
 load step) does not.
 
-Torque and lost motion check each other. What is examined is the lost motion less the mean curve
-over the torque, so a load that really jumps, which the lost motion follows, is none; and a torque
-that drops in the middle of its swing, where its own steps are as large, is found.
+Torque and lost motion check each other. The lost motion minus the mean curve over the torque is
+examined, so that a real load jump, which the lost motion follows, is not an outlier, and a torque
+that drops in the middle of its swing, where its steps are as large, is found.
 
-There are four ways to leave: in a burst of a few samples (`bursts.bursts`), to a value that the
-device writes again and again (`bursts.markers`), a torque for longer, far beyond all others
-(`torque_alone`), and an angle for longer, by many times what the curve leaves elsewhere
-(`departures`).
+There are four kinds: bursts of a few samples (`bursts.bursts`), a value that the device writes
+repeatedly (`bursts.markers`), a longer torque outlier far beyond all others (`torque_alone`), and a
+longer angle outlier of many times the usual residual of the curve (`departures`).
 """
 
 from __future__ import annotations
@@ -92,7 +91,7 @@ CHECKED = ("torque", "input_angle", "output_angle", "lost_motion")
 
 
 def set_wild_aside(campaign: Campaign) -> None:
-    """Leave out rows with wild values, and wild values of columns that a row can do without."""
+    """Leave out rows with outliers, and outliers of optional columns."""
     for run in campaign.runs:
         alone = torque_alone(run)
         if alone.any():
@@ -119,7 +118,7 @@ def set_wild_aside(campaign: Campaign) -> None:
 
 
 def note(campaign: Campaign, run: Run, name: str, wild: BoolArray, action: str) -> None:
-    """Count wild values, and name them by run and second."""
+    """Count outliers, and report them by run and time."""
     seconds = tuple(float(t) for t in run.time_s[wild])
     column = QUANTITIES[name].column
     count = int(np.count_nonzero(wild))
@@ -127,10 +126,10 @@ def note(campaign: Campaign, run: Run, name: str, wild: BoolArray, action: str) 
 
 
 def torque_alone(run: Run) -> BoolArray:
-    """Mark torques far outside of all others in a run that the lost motion does not follow.
+    """Mark torques far outside all others of a run that the lost motion does not follow.
 
-    However long they last: such a load would wind the drive up further than all others do, and
-    from one sample to the next.
+    Of any duration: such a load would wind the drive up farther than all others, from one sample to
+    the next.
     """
     torque, lost = run.torque_Nm, run.lost_motion_rad
     marked = np.zeros(len(run), dtype=bool)
@@ -157,10 +156,10 @@ def torque_alone(run: Run) -> BoolArray:
 
 
 def wild_rows_of(run: Run, curve: MeanCurve, in_bursts_only: bool) -> dict[str, BoolArray]:
-    """Mark the wild values of the columns that check each other, by column.
+    """Mark the outliers of the columns that check each other, by column.
 
-    Where the lost motion of a campaign jumps for a reason that stays open, its mean curve is
-    nothing to hold a column against for longer than a burst.
+    If the lost motion of a campaign has undecided jumps, its mean curve is a reference only for
+    bursts.
     """
     wild = {name: np.zeros(len(run), dtype=bool) for name in CHECKED}
     rest, noise = curve.rest(run), curve.noise(run)
@@ -185,7 +184,7 @@ def name_culprits(
     wild: dict[str, BoolArray],
     lasting: bool = False,
 ) -> None:
-    """Put what was found down to a column, stretch by stretch; not what was put down before."""
+    """Attribute outliers to columns, section by section, except those already attributed."""
     known = np.logical_or.reduce(list(wild.values()))
     for stretch in consecutive_rows(found & ~known):
         if lasting and stretch.size <= BURST:
@@ -196,14 +195,14 @@ def name_culprits(
 
 
 def consecutive_rows(found: BoolArray) -> Iterator[IntArray]:
-    """Yield the rows of every stretch of marked samples."""
+    """Yield the rows of every section of marked samples."""
     rows = np.flatnonzero(found)
     if rows.size:
         yield from np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1)
 
 
 def departures(rest: FloatArray) -> BoolArray:
-    """Mark the stretches by which what the curve leaves departs in one step, and returns in one."""
+    """Mark the sections in which the residual departs and returns in one step each."""
     marked = np.zeros(rest.size, dtype=bool)
     if rest.size < 2 * BURST:
         return marked
@@ -222,11 +221,10 @@ def departures(rest: FloatArray) -> BoolArray:
 
 
 def may_last(run: Run, name: str, stretch: IntArray) -> bool:
-    """Whether a departure of more than a burst is one of the sensor's.
+    """Whether a departure longer than a burst is a sensor fault.
 
-    A torque was examined before (`torque_alone`). An angle that stays elsewhere for a while may be
-    teeth that slipped and slipped back, unless it is at rest while the torque moves, or jumps
-    about.
+    A torque was examined before (`torque_alone`). An angle that deviates for a while may be teeth
+    that slipped and slipped back, unless it is constant while the torque moves, or erratic.
     """
     if name == "torque" or stretch[0] == 0 or stretch[-1] + 1 == len(run):
         return False
@@ -238,10 +236,10 @@ def may_last(run: Run, name: str, stretch: IntArray) -> bool:
 
 
 def culprit(run: Run, curve: MeanCurve, burst: IntArray, found: BoolArray) -> str | None:
-    """Name the column that makes a burst, or nothing where it may be the drive.
+    """Return the column that causes a burst, or none if it may be the drive.
 
-    Torque and lost motion that leave together are a load. A column that does not come back to where
-    it was is none that left it.
+    Torque and lost motion that deviate together are a load. A column that does not return is not
+    the cause.
     """
     rest = off_neighbours(curve.rest(run), burst, found)
     at = int(np.argmax(np.abs(rest)))
@@ -266,7 +264,7 @@ def culprit(run: Run, curve: MeanCurve, burst: IntArray, found: BoolArray) -> st
 
 
 def lost_motion_count(run: Run) -> float:
-    """Angle in rad by which the counts of the encoders of a run move its lost motion."""
+    """Resolution of the lost motion in rad from the encoder counts of a run."""
     if not {"input_angle", "output_angle"} <= run.columns.keys():
         return count_rad(run.lost_motion_rad) or 0.0
     stated = counters_of(run.sources)
@@ -281,14 +279,14 @@ def lost_motion_count(run: Run) -> float:
 
 
 def sound_near(burst: IntArray, found: BoolArray) -> IntArray:
-    """Rows about a burst that no burst holds."""
+    """Rows near a burst that are not in a burst."""
     begin = max(int(burst[0]) - 2 * BURST, 0)
     near = np.flatnonzero(~found[begin : int(burst[-1]) + 2 * BURST + 1])
     return np.asarray(near + begin)
 
 
 def off_neighbours(values: FloatArray, burst: IntArray, found: BoolArray) -> FloatArray:
-    """How far the samples of a burst are off the line between the ones beside it."""
+    """Deviation of the samples of a burst from the line between its neighbours."""
     near = sound_near(burst, found)
     if near.size == 0:
         return np.zeros(burst.size)
@@ -296,7 +294,7 @@ def off_neighbours(values: FloatArray, burst: IntArray, found: BoolArray) -> Flo
 
 
 def leaves(values: FloatArray, burst: IntArray, found: BoolArray, at: int) -> bool:
-    """Whether a column itself leaves its noise and its steps in a burst, and comes back."""
+    """Whether a column exceeds its noise and steps in a burst, and returns."""
     off = abs(float(off_neighbours(values, burst, found)[at]))
     sound = np.flatnonzero(~found)
     least = max(
@@ -307,10 +305,10 @@ def leaves(values: FloatArray, burst: IntArray, found: BoolArray, at: int) -> bo
 
 
 def comes_back(values: FloatArray, burst: IntArray, found: BoolArray, off: float) -> bool:
-    """Whether a column lies behind a burst about where it lay before it, or left both for it.
+    """Whether a column after a burst is near its value before it, or deviated from both.
 
-    A reading between the two may be one that came late. At an end of the run only one side shows;
-    there the steps beside it must be small.
+    A reading between the two may be delayed. At an end of the run only one side is known; there the
+    adjacent steps must be small.
     """
     near = sound_near(burst, found)
     before, behind = near[near < burst[0]], near[near > burst[-1]]
@@ -323,13 +321,13 @@ def comes_back(values: FloatArray, burst: IntArray, found: BoolArray, off: float
 
 
 def standing_out(values: FloatArray, burst: IntArray, found: BoolArray) -> float:
-    """How far a burst is off its neighbours, in usual steps of the channel."""
+    """Deviation of a burst from its neighbours, in usual steps of the channel."""
     usual = scatter(np.diff(values)) + 1e-12 * float(np.max(np.abs(values)) + 1.0)
     return float(np.max(np.abs(off_neighbours(values, burst, found)))) / usual
 
 
 def wild_values(values: FloatArray, plausible: tuple[float, float] | None) -> BoolArray:
-    """Mark the wild values of a column that nothing checks."""
+    """Mark the outliers of a column without a related channel."""
     wild = np.zeros(values.size, dtype=bool)
     known = np.isfinite(values)
     if plausible is not None:
@@ -346,7 +344,7 @@ def wild_values(values: FloatArray, plausible: tuple[float, float] | None) -> Bo
 
 
 def wild_clock(time_s: FloatArray) -> BoolArray:
-    """Mark time stamps that go back for a burst: only that can be no gap and no jitter."""
+    """Mark time stamps that decrease for a burst, which is neither a gap nor jitter."""
     step = np.diff(time_s)
     wild = np.zeros(time_s.size, dtype=bool)
     if step.size < 2 or np.all(step >= 0):

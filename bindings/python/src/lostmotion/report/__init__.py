@@ -1,7 +1,7 @@
-"""Reports: one HTML file with pictures, the numbers behind them, and how it was made.
+"""Reports: one HTML file with figures, their data, and how it was made.
 
-The file needs no network: pictures are SVG, numbers are CSV behind a link, both inside the page.
-Only the trade-off of a design search has a script, to point at its designs.
+The file needs no network: figures are SVG, data are CSV links, both inside the page. Only residual
+plots and the trade-off of a design search use scripts.
 """
 
 from __future__ import annotations

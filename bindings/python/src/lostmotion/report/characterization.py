@@ -1,4 +1,4 @@
-"""Pictures and tables of a characterization: the loops, their mean curve, the standard figures."""
+"""Figures and tables of a characterization: loops, mean curve, standard figures."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ CURVE_POINTS = 241
 
 
 def characterization_section(result: Characterization, files: Sequence[str | Path]) -> Section:
-    """Describe what recordings alone tell of a drive."""
+    """Describe the results from recordings alone."""
     answer = result.answer()
     samples = result.figures.samples
     facts = [
@@ -61,7 +61,7 @@ def characterization_section(result: Characterization, files: Sequence[str | Pat
 def figures_table(
     figures: Mapping[str, StandardFigures], sheet: Catalogue | None, rated_torque_Nm: float
 ) -> PageTable:
-    """List standard figures, of one kind of loops or of several side by side."""
+    """Table of standard figures, of one or several kinds of loops."""
     answers = {name: flat(found.answer()) for name, found in figures.items()}
     stated = {} if sheet is None else sheet_figures(sheet, rated_torque_Nm)
     rows = []
@@ -115,7 +115,7 @@ def curve_figure(result: Characterization) -> Figure:
 
 
 def middled(result: Characterization) -> np.ndarray:
-    """Angles of the loops about the mean curve's own zero, in rad."""
+    """Angles of the loops about the zero of the mean curve, in rad."""
     samples, fit = result.figures.samples, result.figures.fit
     assert fit is not None
     left = samples.angle_rad - fit.angle(samples.torque_Nm)

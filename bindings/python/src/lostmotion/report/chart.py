@@ -1,4 +1,4 @@
-"""Axes: how numbers become places on a picture."""
+"""Axes: conversion of numbers to positions in a figure."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ TICK_PX = 4.0
 
 
 def nice_step(span: float, ticks: float) -> float:
-    """Step of 1, 2 or 5 times a power of ten that cuts a span into about so many pieces."""
+    """Step of 1, 2 or 5 times a power of ten that divides a span into about `ticks` parts."""
     rough = span / max(ticks, 1.0)
     power = 10.0 ** math.floor(math.log10(rough))
     for factor, following in ((1.0, 2.0), (2.0, 5.0), (5.0, 10.0)):
@@ -40,7 +40,7 @@ def tick_label(value: float, step: float) -> str:
 
 
 def round_up(value: float) -> float:
-    """Next larger number that looks well as the end of an axis."""
+    """Next larger round number, for the end of an axis."""
     if not value > 0:
         return 1.0
     step = nice_step(value, 10)
@@ -99,7 +99,7 @@ class Axes:
         x_numbers : bool
             False where another chart below carries the numbers.
         ticks : tuple, optional
-            About how many there should be in either direction; none with 0.
+            Approximate number of ticks in each direction; none with 0.
         """
         d = self.drawing
         left, top, width, height = self.box
@@ -139,7 +139,7 @@ class Axes:
             d.text(right, bottom + 34, x_label, size=SMALL_SIZE, anchor="end")
 
     def open(self) -> None:
-        """Clip what follows to the rectangle, half a line's width more."""
+        """Clip the following elements to the rectangle plus half a line width."""
         left, top, width, height = self.box
         self.drawing.open_window(left - 0.5, top - 1, width + 1, height + 2)
 

@@ -1,4 +1,4 @@
-"""Picture of the torsion curve: deflection by torque and the five contributions to it."""
+"""Figure of the torsion curve: deflection over torque and its five contributions."""
 
 from __future__ import annotations
 
@@ -49,12 +49,12 @@ CATALOGUE_INK = "#882255"
 
 @dataclass(frozen=True)
 class Contributions:
-    """A torsion curve for the picture; torques rise from minus to plus twice the rated torque.
+    """A torsion curve for the figure; torques rise from minus to plus twice the rated torque.
 
     Attributes
     ----------
     torque_Nm : ndarray
-        With a pair of equal torques next to zero, where a free play makes the curve jump.
+        With a pair of equal torques next to zero, where free play causes a jump.
     parts_arcmin : mapping
         By the names of `PARTS`.
     rated_torque_Nm, reversal_torque_Nm : float
@@ -80,7 +80,7 @@ class Contributions:
 
 
 def picture_torques(rated_Nm: float, ends: Array | None = None) -> Array:
-    """Torques for the picture: dense around zero, with a hair on both sides of it.
+    """Torques for the figure: dense around zero, with points very close to zero on both sides.
 
     Parameters
     ----------
@@ -190,9 +190,9 @@ def _mark_rated(axes: Axes, data: Contributions) -> None:
 
 
 def _mark_slopes(axes: Axes, sheet: Catalogue, reach: float) -> None:
-    """Mark T1 and T2, and extend each slope of the catalogue to where there is room for its name.
+    """Mark T1 and T2, and extend each slope of the catalogue to make room for its name.
 
-    K1 and K2 continue upward, K3 goes back to the axis.
+    K1 and K2 are extended upward, K3 back to the axis.
     """
     d = axes.drawing
     left, top, _, _ = axes.box

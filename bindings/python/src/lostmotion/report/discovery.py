@@ -1,4 +1,4 @@
-"""What a report says of a diagnosis and of a fit."""
+"""Report sections of a diagnosis and of a fit."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ VALUES_SHOWN = 3
 
 
 def verdict_sentence(answer: Mapping[str, Any]) -> str:
-    """Say in one sentence what a diagnosis found."""
+    """Summarise a diagnosis in one sentence."""
     names = ", ".join(answer["effects"])
     runs = int(answer.get("runs", rules.RUNS_LEAST))
     sentence = {
@@ -77,7 +77,7 @@ def open_sentence(answer: Mapping[str, Any]) -> str:
 
 
 def diagnosis_section(drive: Drive, found: Diagnosis, files: Sequence[str | Path]) -> Section:
-    """Describe what a diagnosis found, on what it rests, and what to do next."""
+    """Describe the result of a diagnosis, its evidence, and the next step."""
     answer = found.answer()
     selection = found.selection
     before, after = found.models[0], found.models[-1]
@@ -188,7 +188,7 @@ def _contest(answer: dict[str, Any]) -> PageTable:
 
 
 def detectable_rows(answer: Mapping[str, Any]) -> PageTable:
-    """Make the table of the smallest sizes that the runs of a diagnosis would have shown."""
+    """Make the table of the smallest detectable sizes for the runs of a diagnosis."""
     untestable = {c["name"] for c in answer["candidates"] if not c["testable"]}
     sizes = {
         name: one for name, one in answer["smallest_detectable"].items() if name not in untestable
@@ -213,7 +213,7 @@ def detectable_rows(answer: Mapping[str, Any]) -> PageTable:
 
 
 def sized(detectable: Mapping[str, Any]) -> tuple[str, str, str]:
-    """Write a smallest size in three cells: of which parameter, the number, its unit."""
+    """Write a smallest size in three cells: parameter, number, unit."""
     unit = detectable["unit"].replace(" ", "_").removeprefix("-")
     return parameter(detectable["parameter"]), written(detectable["value"]), unit_text(unit)
 
@@ -242,7 +242,7 @@ def _named(name: str, value: float, known: str, error: float) -> tuple[str, ...]
 
 
 def fit_section(drive: Drive, model: FittedModel, files: Sequence[str | Path]) -> Section:
-    """Describe how the error fell with each effect that was added, and what the values are."""
+    """Describe the error after each added effect, and the values."""
     after = model.base
     before = after.copy()
     before.terms, before.additives = [], []

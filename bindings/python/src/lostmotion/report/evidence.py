@@ -1,4 +1,4 @@
-"""Pictures of the evidence: gain of every run, confounded effects, shapes without a name."""
+"""Figures of the evidence: gain of every run, confounded effects, unnamed shapes."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ SHAPE_BINS = 160
 
 
 def cut_to_width(text: str, room: float) -> str:
-    """Cut a text that is wider than the room there is."""
+    """Shorten a text to the available width."""
     if text_width(text) <= room:
         return text
     while text and text_width(text + "…") > room:
@@ -53,7 +53,7 @@ def cut_to_width(text: str, room: float) -> str:
 
 
 def gains_of(selection: Selection) -> list[tuple[str, Array]]:
-    """Gain of every run: of what was chosen, then of the strongest that were not."""
+    """Gain of every run for the selected candidates, then for the strongest others."""
     found: list[tuple[str, Array]] = []
     for step in selection.steps:
         if step.selected is not None:
@@ -196,7 +196,7 @@ def _mix(share: float) -> str:
 
 
 def shape_figure(step: Step, name: str) -> Figure | None:
-    """Make the figure of a shape without a name over what it depends on."""
+    """Make the figure of an unnamed shape over the quantity on which it depends."""
     chosen = step.selected
     if chosen is None or chosen.candidate.named or chosen.settled is None:
         return None
@@ -243,7 +243,7 @@ def shape_figure(step: Step, name: str) -> Figure | None:
 
 
 def error_of_means(values: Array, place: IntArray, run_of: IntArray, bins: int) -> Array:
-    """Standard error of the mean of every bin, from the scatter of the runs' own means."""
+    """Standard error of the mean of every bin, from the scatter of the run means."""
     runs = int(run_of.max()) + 1
     cell = place * runs + run_of
     count = np.bincount(cell, minlength=bins * runs).reshape(bins, runs)

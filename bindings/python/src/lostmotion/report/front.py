@@ -1,4 +1,4 @@
-"""The front of a design search: designs none of which is better in everything."""
+"""The front of a design search: Pareto-optimal designs."""
 
 from __future__ import annotations
 
@@ -57,8 +57,8 @@ def draw_front(
     front : sequence of sequence of float
         Objectives of each design.
     axes_of : tuple of int
-        The objectives along the axis and upwards; with one objective alone the designs are in
-        a row.
+        The objectives on the horizontal and vertical axis; with only one objective the designs are
+        in a row.
     picked : int, optional
         A design to be marked.
     """

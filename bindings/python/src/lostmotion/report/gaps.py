@@ -1,4 +1,4 @@
-"""Picture of the side clearances round the wheel."""
+"""Figure of the side clearances around the gear."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ class Flank:
 
 @dataclass(frozen=True)
 class Gaps:
-    """Side clearances for the picture, one lobe; the other is the same half a turn on.
+    """Side clearances for the figure, one lobe; the other is identical half a turn on.
 
     Attributes
     ----------
     forward, backward : list of Flank
         One an axial section.
     limit_deg : float
-        Only teeth within this angle of the axis can carry.
+        Only teeth within this angle of the axis can carry load.
     """
 
     name: str
@@ -238,7 +238,7 @@ def draw_gaps(data: Gaps, width: float) -> str:
 
 
 def _upper(data: Gaps) -> float:
-    """Top of the picture: the widest gap of the flank that closes, and some room."""
+    """Top of the figure: the widest gap of the closing flank, with margin."""
     widest = 0.0
     for ahead, back in zip(data.forward, data.backward, strict=True):
         angles = np.intersect1d(np.round(ahead.angle_deg, 9), np.round(back.angle_deg, 9))

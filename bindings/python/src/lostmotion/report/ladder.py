@@ -1,4 +1,4 @@
-"""The error ladder: how the error falls from the baseline model to the last effect."""
+"""The error ladder: errors from the baseline model to the last effect."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ FLOOR = "#e3e5e8"
 
 
 def step_name(rungs: Sequence[Mapping[str, Any]], number: int) -> str:
-    """Name what a rung has over the one before: ``base``, or the effects that were added."""
+    """Name the effects that a rung adds: ``base``, or the effects that were added."""
     now = list(rungs[number]["effects"])
     if number == 0:
         return " + ".join(["baseline", *map(words, now)])
@@ -24,7 +24,7 @@ def step_name(rungs: Sequence[Mapping[str, Any]], number: int) -> str:
 
 
 def ladder_figure(rungs: Sequence[Mapping[str, Any]], floor_arcsec: float, name: str) -> Figure:
-    """Make the figure of how the error falls from the baseline model to the last effect."""
+    """Make the figure of the errors from the baseline model to the last effect."""
     return Figure(
         f"The error ladder of {name}",
         "The rms of the residual, after each step: bar and first number fitted, ring and "
@@ -44,7 +44,7 @@ def ladder_figure(rungs: Sequence[Mapping[str, Any]], floor_arcsec: float, name:
 
 
 def draw_ladder(rungs: Sequence[Mapping[str, Any]], floor_arcsec: float, width: float) -> str:
-    """Draw a bar for each rung; names are above the bars, so that any name has room."""
+    """Draw a bar for each rung, with names above the bars to allow long names."""
     row, top, left, right = 44.0, 12.0, 12.0, 92.0
     height = row * len(rungs)
     drawing = Drawing(width, top + height + 44, "The error ladder: rms after each step, in arcsec")

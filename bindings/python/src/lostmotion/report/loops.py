@@ -1,4 +1,4 @@
-"""Pictures of a comparison: measured loops against the model, and where the model fails."""
+"""Figures of a comparison: measured loops against the model, and where the model fails."""
 
 from __future__ import annotations
 
@@ -66,13 +66,13 @@ def groups(result: Comparison) -> list[list[int]]:
 
 
 def error_unit(result: Comparison) -> tuple[float, str]:
-    """Unit for errors: arcsec, or arcmin where they are large."""
+    """Unit for errors: arcsec, or arcmin if they are large."""
     large = result.as_it_stands_rms_rad / ARCSEC >= ARCSEC_MOST
     return (ARCMIN, "arcmin") if large else (ARCSEC, "arcsec")
 
 
 def loops_figure(result: Comparison, name: str) -> Figure:
-    """Make the figure of the loops and what the model leaves of them."""
+    """Make the figure of the loops and their residuals."""
     shown = groups(result)
     drawn = sum(len(group) for group in shown)
     unit, unit_name = error_unit(result)
@@ -108,7 +108,7 @@ def loops_figure(result: Comparison, name: str) -> Figure:
 
 
 def draw_loops(result: Comparison, name: str, width: float) -> str:
-    """Draw loops above residuals, one column a size of loop (one below the other when narrow)."""
+    """Draw loops above residuals, one column per loop size (stacked on narrow pages)."""
     wide = width > 600
     shown = groups(result)
     left, gap, right, top = 58.0, 66.0, 14.0, 56.0
@@ -136,7 +136,7 @@ def _key(drawing: Drawing, width: float) -> None:
 
 
 def title_of(labels: Sequence[str], room: float) -> str:
-    """Name the runs of a panel, by the first and the last where there is no room for all."""
+    """Name the runs of a panel, by the first and the last if there is no room for all."""
     title = f"run{'s' * (len(labels) > 1)} {', '.join(labels)}"
     if len(labels) == 1 or text_width(title, SMALL_SIZE) <= room:
         return shortened(title, room)
@@ -201,7 +201,7 @@ def _loop_panels(
 
 
 def failures_figure(result: Comparison, name: str) -> Figure:
-    """Make the figure of what the residual depends on."""
+    """Make the figure of the quantities on which the residual depends."""
     caption = (
         "Share of the residual variance that depends on each recorded quantity, minus the "
         "share expected by chance; p is the probability that random signs of whole sections of "

@@ -54,14 +54,14 @@ NAMES = {
 
 @dataclass
 class Residuals:
-    """What a model leaves of a campaign, with all that it may depend on.
+    """Residual of a campaign, with all quantities on which it may depend.
 
     Attributes
     ----------
     values : ndarray
         Arc seconds.
     covariates : dict
-        Arrays by the names of `NAMES`, in the unit shown; what does not vary is left out.
+        Arrays by the names of `NAMES`, in the displayed unit, without constant ones.
     """
 
     values: FloatArray
@@ -77,7 +77,7 @@ class Residuals:
 def collect_residuals(
     conditions: Conditions, residual_arcsec: FloatArray, floor_arcsec: float, against: str
 ) -> Residuals:
-    """Gather the residual of a campaign with everything that was recorded or follows from it."""
+    """Collect the residual of a campaign with all recorded and derived quantities."""
     c = conditions
     found = {name: c.columns[name] for name in NAMES if name in c.columns and name != "torque_Nm"}
     for name, within in TURNS.items():
@@ -106,7 +106,7 @@ class Map:
     Attributes
     ----------
     mean, count : ndarray, shape (up, across)
-        Arc seconds; NaN where a cell holds too few samples.
+        Arc seconds; NaN if a cell has too few samples.
     cell : ndarray
         Cell of every sample, row by row from the lowest.
     """
@@ -153,7 +153,7 @@ def runs_in_cell(data: Residuals, of: Map, cell: int) -> list[tuple[int | str, i
 
 
 def cell_text(of: Map, cell: int) -> str:
-    """Describe where a cell lies and what is in it."""
+    """Describe the position and content of a cell."""
     j, i = divmod(cell, ACROSS)
     name, unit = NAMES[of.covariate]
     t, v = of.torque_edges, of.edges
@@ -284,7 +284,7 @@ def _colour_key(
 
 
 def profile(data: Residuals, covariate: str, *, rising: bool) -> tuple[FloatArray, FloatArray]:
-    """Mean residual along a covariate, for torques of one sign: middles and means."""
+    """Mean residual along a covariate, for torques of one sign: bin centres and means."""
     values = data.covariates[covariate]
     levels = np.unique(values)
     side = (data.torque_Nm > 0) == rising
@@ -301,7 +301,7 @@ def profile(data: Residuals, covariate: str, *, rising: bool) -> tuple[FloatArra
 
 
 def draw_profile(data: Residuals, covariate: str, width: float) -> str:
-    """Draw the mean residual along a covariate, apart for positive and negative torque."""
+    """Draw the mean residual along a covariate, separately for positive and negative torque."""
     wide = width > 600
     left, right, top, height = 66.0, 86.0 if wide else 14.0, 32.0, 130.0
     name, unit = NAMES[covariate]

@@ -1,4 +1,4 @@
-"""The teeth of a design where the C library puts them: outlines and first contacts, in mm."""
+"""The teeth of a design as placed by the C library: outlines and first contacts, in mm."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Mesh:
         return number * self.pitch + self.phase_rad
 
     def number(self, angle_rad: float) -> int:
-        """Number of the tooth nearest to a material angle."""
+        """Index of the tooth nearest to a material angle."""
         return round((angle_rad - self.phase_rad) / self.pitch)
 
     def place(self, angle_rad: float) -> tuple[float, float, float]:
@@ -76,7 +76,7 @@ class Mesh:
         return np.array([math.atan2(f.across_mm, f.along_mm + self.neutral_mm) for f in feet])
 
     def rigid_axis(self, angle_rad: float) -> float:
-        """Where the rigid gear's space (or tooth) belongs that a tooth (or space) meets."""
+        """Position of the rigid gear's space (or tooth) that meets a tooth (or space)."""
         return angle_rad * (1.0 - self.lead_per_angle)
 
 
@@ -243,7 +243,7 @@ def first_touches(
 
 
 def touch_place(mesh: Mesh, touch: Touch) -> Array:
-    """Where on the rigid gear's flank a tooth touches, in screen coordinates."""
+    """Contact point on the rigid gear's flank, in screen coordinates."""
     half = float(mesh.half_angle("rigid", np.array([touch.radius_mm]))[0])
     # Internal: the forward flank of the tooth meets the far flank of the space. External: the
     # flexspline's space comes with growing angles against the near flank of the rigid tooth.

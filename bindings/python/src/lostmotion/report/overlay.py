@@ -1,4 +1,4 @@
-"""Picture of single runs: measured, baseline, baseline with effects, and the residual beneath."""
+"""Figure of single runs: measured, baseline model, with effects, and the residuals below."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ TURN_LEAST_RAD = np.pi
 
 
 def runs_to_show(before: Array, after: Array, starts: IntArray) -> list[int]:
-    """Runs in which most was explained, in their order."""
+    """Runs with the largest explained part, in order."""
     fall = np.add.reduceat(before**2 - after**2, starts[:-1]) / np.diff(starts)
     if not np.any(fall > 0):
         fall = np.add.reduceat(after**2, starts[:-1]) / np.diff(starts)
@@ -48,12 +48,12 @@ def runs_to_show(before: Array, after: Array, starts: IntArray) -> list[int]:
 
 
 class Overlay:
-    """What is drawn of each run, about its own zero.
+    """Curves of each run, about its own zero.
 
     Parameters
     ----------
     before, after : BaselineModel
-        The baseline model, and the baseline model with effects; the same where nothing was added.
+        The baseline model, and the baseline model with effects; identical if nothing was added.
     """
 
     def __init__(
@@ -90,7 +90,7 @@ class Overlay:
         self.runs = c.runs
 
     def table(self) -> FigureData:
-        """Return the numbers behind the picture."""
+        """Return the data of the figure."""
         columns: dict[str, list[object]] = {
             "run": [label for label, t in zip(self.labels, self.torque, strict=True) for _ in t],
             "time_s": [x for t in self.seconds for x in t],
@@ -105,10 +105,10 @@ class Overlay:
 
 
 def axis_of(c: Conditions, run: slice, at: IntArray) -> tuple[Array, str, list[IntArray]]:
-    """Choose over what samples of a run are drawn, and what of them in one line.
+    """Choose the axis for the samples of a run, and the samples of each line.
 
-    A loop is drawn over its torque, a run that turns under one torque over the angle of the
-    wave generator, along the turn, each direction for itself, and what does neither over time.
+    A loop is drawn over its torque, a run that turns at constant torque over the angle of the wave
+    generator, separately for each direction, and other runs over time.
     """
     whole = [np.arange(at.size)]
     if np.ptp(c.torque[run]) >= LOOP_LEAST * float(np.max(np.abs(c.torque))):
@@ -126,7 +126,7 @@ def axis_of(c: Conditions, run: slice, at: IntArray) -> tuple[Array, str, list[I
 def overlay_figure(
     before: BaselineModel, after: BaselineModel, floor_arcsec: float, name: str
 ) -> Figure:
-    """Make the figure of the runs in which most was explained."""
+    """Make the figure of the runs with the largest explained part."""
     data = Overlay(before, after, floor_arcsec, name)
     caption = "Measured lost motion (grey), the baseline model (orange)"
     caption += " and the baseline model with the added effects (blue)" if data.added else ""

@@ -1,4 +1,4 @@
-"""The page: sections, figures and tables as one HTML file that needs nothing but itself."""
+"""The page: sections, figures and tables as one self-contained HTML file."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ CSV_DIGITS = 10
 
 @dataclass(frozen=True)
 class FigureData:
-    """Numbers behind a picture: columns of one length, named with their unit.
+    """Data of a figure: columns of equal length, named with their unit.
 
     Attributes
     ----------
     name : str
         File name without suffix.
     columns : mapping
-        Numbers or texts; what is not finite becomes an empty cell.
+        Numbers or texts; values that are not finite become empty cells.
     """
 
     name: str
@@ -64,9 +64,9 @@ IN_SCRIPT = {ord(c): f"\\u{ord(c):04x}" for c in "<>&\u2028\u2029"}
 
 
 def script_json(data: object) -> str:
-    """Return data as JSON that can stand in a script element, whatever texts are in it.
+    """Return data as JSON that is safe in a script element for any texts.
 
-    Outside of texts JSON has none of the characters that are escaped.
+    The escaped characters occur in JSON only inside texts.
     """
     return json.dumps(data, separators=(",", ":"), ensure_ascii=False).translate(IN_SCRIPT)
 
@@ -79,14 +79,14 @@ def _cell(value: object) -> str:
 
 @dataclass(frozen=True)
 class Figure:
-    """A picture with the numbers behind it.
+    """A figure with its data.
 
     Attributes
     ----------
     title, caption : str
-        What it shows, and how to read it. Plain text.
+        Content and reading instructions, plain text.
     draw : callable
-        Gives the SVG for a width.
+        Returns the SVG for a width.
     table : FigureData
     """
 
@@ -108,7 +108,7 @@ class PageTable:
     numbers : sequence of int
         Columns that are aligned to the right.
     folded : bool
-        Whether it opens only when asked: long, and read by few.
+        Whether it is folded at first, as few readers need it.
     """
 
     title: str
@@ -121,7 +121,7 @@ class PageTable:
 
 @dataclass(frozen=True)
 class Notes:
-    """A list of sentences; folded when there are many that few will read."""
+    """A list of sentences; folded if it is long."""
 
     title: str
     lines: Sequence[str]
@@ -130,7 +130,7 @@ class Notes:
 
 @dataclass(frozen=True)
 class Raw:
-    """A part of the page with a script of its own; it brings its own HTML."""
+    """A part of the page with its own script and HTML."""
 
     html: str
 
@@ -141,14 +141,14 @@ Block = Figure | PageTable | Notes | Raw | Plot
 
 @dataclass
 class Section:
-    """What is stated of one drive or one comparison.
+    """Section on one drive or one comparison.
 
     Attributes
     ----------
     facts : list of (str, str)
-        The numbers that matter most, with what they are.
+        Main results and their names.
     sources : list of (str, str)
-        Files that went in and their fingerprints.
+        Input files and their fingerprints.
     """
 
     title: str
@@ -212,12 +212,12 @@ def render(title: str, lead: str, sections: Sequence[Section], command: str) -> 
 
 
 def plot_blocks(plots: Sequence[Plot]) -> list[Plot | Notes]:
-    """Return plots as blocks of a section, or a note where nothing can draw them."""
+    """Return plots as blocks of a section, or a note if Plotly is missing."""
     return list(plots) if installed() else [Notes("Residual plots", [NOT_INSTALLED])]
 
 
 def facts_html(facts: Sequence[tuple[str, str]]) -> str:
-    """Write the numbers that matter most, each under what it is; nothing when there are none."""
+    """Write the main results with their names; empty if there are none."""
     each = [
         f"<div><dt>{_joined(name)}</dt><dd>{_joined(value)}</dd></div>" for name, value in facts
     ]

@@ -1,7 +1,7 @@
-"""Plots of a fitted result that can be zoomed and whose runs can be toggled, by Plotly.
+"""Interactive Plotly plots of a fitted result, with zoom and selectable runs.
 
-The figures are those that the result gives in Python; here each gets its title and caption. A page
-holds Plotly itself, packed, and unpacks it when the first plot comes into view.
+The figures are those of the result in Python, with title and caption. A page contains Plotly
+compressed, and unpacks it when the first plot becomes visible.
 """
 
 from __future__ import annotations
@@ -55,12 +55,12 @@ class Plot:
 
 
 def installed() -> bool:
-    """Whether Plotly is there to draw with."""
+    """Whether Plotly is installed."""
     return find_spec("plotly") is not None
 
 
 def plots_of(result: WhitenedResult) -> list[Plot]:
-    """Return the plots by which the residual of a result is judged."""
+    """Return the plots for judging the residual of a result."""
     found = [
         Plot(
             "time",
@@ -121,7 +121,7 @@ def plots_of(result: WhitenedResult) -> list[Plot]:
 
 
 def plot_html(plot: Plot, place: str) -> str:
-    """Write a plot as a piece of a page; `place` names it there."""
+    """Write a plot as part of a page; `place` is its id."""
     figure = plot.make()
     figure.update_layout(title=None, margin={"l": 60, "r": 20, "t": 20, "b": 50})
     drawn = json.loads(figure.to_json()) | {"config": CONFIG}
@@ -138,7 +138,7 @@ def plot_html(plot: Plot, place: str) -> str:
 
 @cache
 def drawing_script() -> str:
-    """Plotly, packed, and the script that unpacks it and draws what comes into view."""
+    """Compressed Plotly, and the script that unpacks it and draws visible plots."""
     from plotly.offline import get_plotlyjs
 
     packed = base64.b64encode(gzip.compress(get_plotlyjs().encode(), 9, mtime=0)).decode()

@@ -1,4 +1,4 @@
-"""Small maps of what a model leaves, side by side: by torque, another quantity and direction."""
+"""Small maps of the residual, side by side: by torque, another quantity and direction."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Grid:
     cell : ndarray of int
         Bin of every sample: direction, then quantity, then torque.
     stretch : ndarray of int
-        Stretch between reversals that every sample belongs to.
+        Section between reversals of every sample.
     """
 
     name: str
@@ -57,7 +57,7 @@ class Grid:
     def means(self, residual: Array, floor: float) -> tuple[Array, Array]:
         """Mean residual of every bin and its t, shape ``[direction, quantity, torque]``.
 
-        A passage through a bin counts once, however many samples it has.
+        A passage through a bin counts once, regardless of its number of samples.
         """
         shape = (2, self.edges.size - 1, self.torque_edges_Nm.size - 1)
         size = int(np.prod(shape))
@@ -108,7 +108,7 @@ def make_grids(c: Conditions) -> list[Grid]:
 
 
 def edges_of(values: Array) -> Array:
-    """Edges of bins: between few distinct values, else of equal width."""
+    """Edges of bins: between distinct values if they are few, else of equal width."""
     levels = np.unique(values)
     if 1 < levels.size <= UP:
         middle = (levels[1:] + levels[:-1]) / 2
@@ -133,9 +133,9 @@ def grids_figure(
     Parameters
     ----------
     residuals : sequence of (str, ndarray)
-        What the model leaves in arc seconds, under one or two models, with their names.
+        Residuals in arc seconds of one or two models, with their names.
     floor_arcsec : float
-        Against which a mean counts.
+        Reference for the significance of a mean.
     against : str
         What that is.
     """
@@ -203,7 +203,7 @@ def draw_maps(
     name: str,
     width: float,
 ) -> str:
-    """Draw the maps of each quantity: each model, both directions; narrow ones in two rows."""
+    """Draw the maps of each quantity, for each model and both directions."""
     wide = width > 600
     columns = 2 * len(labels)
     shown = columns if wide else 2

@@ -1,4 +1,4 @@
-"""What a report says of a drive and of a comparison: numbers, figures, tables, where from."""
+"""Report sections of a drive and of a comparison: results, figures, tables, sources."""
 
 from __future__ import annotations
 
@@ -50,13 +50,13 @@ CHECK_NAMES = {
 
 
 def drive_section(drive: Drive, phase_rad: float = 0.0) -> Section:
-    """Describe what a drive will do: torsion curve, and for a design all that its geometry shows.
+    """Describe the predicted behaviour: torsion curve, and for a design the geometry.
 
     Parameters
     ----------
     drive : Drive
     phase_rad : float
-        Tooth phase of the wave generator; a bought drive has none.
+        Tooth phase of the wave generator; not used for catalogue drives.
     """
     bought = drive.catalogue is not None
     section = _catalogue_section(drive) if bought else _design_section(drive, phase_rad)
@@ -78,7 +78,7 @@ def _contributions(drive: Drive, answer: dict[str, Any]) -> Contributions:
 
 
 def _facts(data: Contributions, answer: dict[str, Any]) -> list[tuple[str, str]]:
-    """Give the numbers that a bought and a designed drive have in common."""
+    """Return the main results common to catalogue and designed drives."""
     rated = data.rated_torque_Nm
     return [
         (
@@ -231,7 +231,7 @@ def tolerance_table(answer: dict[str, Any]) -> PageTable:
 
 
 def budget_table(budget: Sequence[dict[str, Any]]) -> PageTable:
-    """List the tolerances with what each takes of the limits."""
+    """List the tolerances with their shares in the limits."""
     rows = [
         (
             link["name"],
@@ -255,7 +255,7 @@ def budget_table(budget: Sequence[dict[str, Any]]) -> PageTable:
 
 
 def allocation_table(found: Mapping[str, Any]) -> PageTable:
-    """List the cheapest grades beside those of the file."""
+    """List the cheapest grades and those of the file."""
     rows = [
         (
             feature["name"],
@@ -446,5 +446,5 @@ def _fitted_tables(answer: dict[str, Any]) -> list[PageTable]:
 
 
 def _small(value: float) -> str:
-    """Write a number; what is only rounding is nothing."""
+    """Write a number; rounding noise becomes zero."""
     return written(value) if abs(value) > NOTHING else "0"

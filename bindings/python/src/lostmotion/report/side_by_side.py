@@ -16,7 +16,7 @@ CHART_PX, GAP_PX = 150.0, 46.0
 
 
 def table_section(answer: SideBySide) -> Section:
-    """Say what a table has: every figure, and for a sweep what changes with its key."""
+    """Make the section of a table: all figures, and for a sweep their plots."""
     swept = answer["swept"]
     first = swept or "drive"
     head = [first, *(words(name) for name in FIGURES), "failed checks"]
@@ -57,7 +57,7 @@ def sweep_figure(answer: SideBySide) -> Figure:
 
 
 def draw_sweep(answer: SideBySide, width: float) -> str:
-    """Draw one chart a figure, one below the other."""
+    """Draw one chart per figure, stacked."""
     swept = answer["swept"]
     left, right, top = 66.0, 20.0, 34.0
     drawing = Drawing(width, top + len(DRAWN) * (CHART_PX + GAP_PX) + 20, f"sweep of {swept}")

@@ -1,4 +1,4 @@
-"""Where a report's numbers come from: files and their fingerprints."""
+"""Sources of a report: files and their fingerprints."""
 
 from __future__ import annotations
 

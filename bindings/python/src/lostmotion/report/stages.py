@@ -1,4 +1,4 @@
-"""Picture of the staged take-up: which teeth carry from which torque on."""
+"""Figure of the staged take-up: teeth and the torques from which they carry load."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Stages:
     Attributes
     ----------
     at_rest : list of FlankEvent
-        Pairs that carry without load, as events at torque 0.
+        Preloaded pairs, as events at torque 0.
     events : list of FlankEvent
         In the order in which they happen.
     """
@@ -192,7 +192,7 @@ def draw_stages(data: Stages, width: float) -> str:
 
 
 def _spells(data: Stages, pair: tuple[int, int, int], reach: float) -> list[tuple[float, float]]:
-    """Stretches of torque over which a pair carries."""
+    """Ranges of torque in which a pair carries load."""
     spells, since = [], None
     for event in (*data.at_rest, *data.events):
         if (event.tooth, event.side, event.section) == pair and event.torque_Nm <= reach:

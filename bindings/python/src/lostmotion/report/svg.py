@@ -1,7 +1,6 @@
-"""Scalable pictures: the few SVG elements that the report's pictures are made of.
+"""SVG drawings: the elements used in the report's figures.
 
-Every drawing is complete in itself (no style sheet, no ids), so that it can be cut out of the page
-and pasted elsewhere.
+Every drawing is self-contained (no style sheet, no ids), so that it can be copied from the page.
 """
 
 from __future__ import annotations
@@ -45,7 +44,7 @@ def text_width(text: str, size: float = TEXT_SIZE) -> float:
 
 
 def shortened(text: str, room: float, size: float = SMALL_SIZE) -> str:
-    """Leave out the middle of a text that is wider than its room."""
+    """Shorten a text in the middle to the available width."""
     letters = int(room / (MEAN_CHARACTER * size))
     if len(text) <= letters:
         return text
@@ -54,7 +53,7 @@ def shortened(text: str, room: float, size: float = SMALL_SIZE) -> str:
 
 
 def abridged(names: Sequence[str]) -> list[str]:
-    """Leave out of names the words with which all of them begin or end."""
+    """Remove common leading and trailing words from names."""
 
     def shared(texts: Sequence[str]) -> int:
         pairs = zip(min(texts), max(texts), strict=False)
@@ -90,7 +89,7 @@ POINT_LENGTH = 1e-9
 
 
 def simplify(points: Array, slack: float = SIMPLIFY_PX) -> Array:
-    """Leave out points of a curve that lie within `slack` of the straight line without them.
+    """Remove points of a curve that are within `slack` of the simplified line.
 
     Parameters
     ----------
@@ -100,7 +99,7 @@ def simplify(points: Array, slack: float = SIMPLIFY_PX) -> Array:
     Returns
     -------
     ndarray, shape (m, 2)
-        Among the points; both ends stay (Douglas and Peucker).
+        Subset of the points with both ends (Douglas and Peucker).
     """
     count = len(points)
     if count < 3:
@@ -128,7 +127,7 @@ def simplify(points: Array, slack: float = SIMPLIFY_PX) -> Array:
 
 
 def path_data(points: Array, *, closed: bool = False) -> str:
-    """Write points as the data of a path, each relative to the one before."""
+    """Write points as path data, each relative to the previous one."""
     steps = np.rint(np.asarray(points, dtype=np.float64) * 100).astype(np.int64)
     moves = np.diff(steps, axis=0)
     moves = moves[np.any(moves != 0, axis=1)]
@@ -155,9 +154,9 @@ class Drawing:
     Parameters
     ----------
     width, height : float
-        Size; the page scales the picture to the room there is.
+        Size; the page scales the figure to the available width.
     title : str
-        What the picture shows, for those who cannot see it.
+        Text alternative of the figure.
     """
 
     def __init__(self, width: float, height: float, title: str) -> None:
@@ -279,7 +278,7 @@ class Drawing:
         weight : str
             ``"600"`` for bold.
         halo : bool
-            Whether to keep what lies behind at a distance.
+            Whether to draw a halo against the background.
         """
         extra = "" if anchor == "start" else f' text-anchor="{anchor}"'
         extra += "" if size == TEXT_SIZE else f' font-size="{fine(size)}"'

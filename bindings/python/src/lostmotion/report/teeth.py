@@ -1,4 +1,4 @@
-"""Picture of the meshing teeth, drawn to scale by the placement of the C library."""
+"""Figure of the meshing teeth, to scale, as placed by the C library."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class View:
     scale : float
         Pixels per mm.
     angle_rad : float
-        The part of the wheel that stands upright in the middle.
+        Angle of the gear that is upright in the middle.
     radius_mm : float
         Radius in the middle of the window.
     """
@@ -130,7 +130,7 @@ def _scale_bar(drawing: Drawing, view: View) -> None:
 
 
 def ring_factor(mesh: Mesh) -> float:
-    """Factor by which the ring's radial distances are drawn larger."""
+    """Magnification of the ring's radial distances."""
     wanted = RING_SHARE * mesh.neutral_mm / mesh.deflection_mm
     return min(
         (2.0, 3.0, 5.0, 8.0, 10.0, 12.0, 15.0, 20.0), key=lambda f: abs(math.log(f / wanted))
@@ -145,7 +145,7 @@ def draw_ring(
     size: float,
     views: Sequence[View],
 ) -> None:
-    """Draw the whole ring with all radial distances from the neutral line enlarged."""
+    """Draw the whole ring with magnified radial distances from the neutral line."""
     factor = ring_factor(mesh)
     outermost = mesh.neutral_mm + 1.3 * mesh.deflection_mm + mesh.rim_mm / 2
     outermost = max(outermost, mesh.rigid_root_mm)
@@ -213,7 +213,7 @@ def _in_lobe(tooth: int, teeth: int) -> int:
 
 
 def _draw_generator(drawing: Drawing, mesh: Mesh, at: Any) -> None:
-    """Show where the wave generator holds the ring: arcs, or rollers."""
+    """Draw the contact of the wave generator with the ring: arcs, or rollers."""
     rim = mesh.rim_mm / 2.0 * (1.0 if mesh.external else -1.0)
     beta = mesh.contact_half_angle_rad
     lobes = (0.0, math.pi)
@@ -310,7 +310,7 @@ def teeth_figure(
 
 
 def close_up_title(angle_rad: float, touches: Sequence[Touch]) -> str:
-    """Describe where a close-up stands and how wide the gap of its middle tooth is."""
+    """Describe the position of a close-up and the gap of its middle tooth."""
     title = f"{math.degrees(angle_rad):+.0f}° from the axis"
     here = [t for t in touches if abs(t.angle_rad - angle_rad) < 1e-6 and t.side > 0]
     if here:

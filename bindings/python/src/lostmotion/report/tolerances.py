@@ -1,4 +1,4 @@
-"""Picture of the tolerance limits of the radial gap and the lost motion that they bring."""
+"""Figure of the tolerance limits of the radial gap and the resulting lost motion."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ class Tolerances:
     Attributes
     ----------
     mean_um : float
-        Gap of the drive whose parts are all in the middle of their fields.
+        Gap of a drive with all parts in the middle of their fields.
     arcmin_per_um : float
-        Lost motion in one direction by a closed gap, equation (9).
+        Lost motion in one direction per closed gap, equation (9).
     """
 
     name: str

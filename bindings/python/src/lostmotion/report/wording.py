@@ -1,4 +1,4 @@
-"""How numbers, units and names are written for people."""
+"""Formatting of numbers, units and names for display."""
 
 from __future__ import annotations
 
@@ -59,19 +59,19 @@ def words(name: str) -> str:
 
 
 def parameter(name: str) -> str:
-    """Describe what a value of an effect is, by its name without the unit."""
+    """Describe a value of an effect by its name without the unit."""
     return parameter_words().get(name) or words(name)
 
 
 @cache
 def parameter_words() -> dict[str, str]:
-    """What the cards call values whose names alone do not state what they are."""
+    """Descriptions on the cards of values whose names are not sufficient."""
     values = [value for effect in library().values() for value in effect.values]
     return {split_unit(value.name)[0]: value.words for value in values if value.words}
 
 
 def written(value: float, digits: int = 3) -> str:
-    """Write a number with so many significant digits, in groups or with a power of ten."""
+    """Write a number with a number of significant digits, in groups or with a power of ten."""
     size = abs(float(f"{value:.{digits}g}"))
     if size and not SMALLEST <= size < LARGEST:
         mantissa, _, power = f"{value:.{digits - 1}e}".partition("e")
@@ -80,7 +80,7 @@ def written(value: float, digits: int = 3) -> str:
 
 
 def with_zeros(value: float, digits: int = 3) -> str:
-    """Write a number as `written` does, with the zeros at its end: 1.50 is beside 1.66."""
+    """Write a number like `written`, with trailing zeros: 1.50 next to 1.66."""
     size = float(f"{value:.{digits}g}")
     if not SMALLEST <= abs(size) < LARGEST:
         return written(value, digits)
@@ -97,7 +97,7 @@ def grouped(text: str) -> str:
 
 
 def chance(p: float) -> str:
-    """Write a p."""
+    """Write a p-value."""
     return f"p < {SURE:g}" if p < SURE else f"p {p:.3f}"
 
 
@@ -111,7 +111,7 @@ def unit_text(symbol: str) -> str:
 
 
 def with_signs(sentence: str) -> str:
-    """Write newton metres in a sentence of an answer as everywhere on a page."""
+    """Write newton metres in a sentence of an answer as on the page."""
     return re.sub(r"\bNm\b", SYMBOLS["Nm"], sentence)
 
 
@@ -122,7 +122,7 @@ def _unit(token: str) -> str:
 
 
 def split_quantity(name: str, value: float) -> tuple[str, float, str]:
-    """Split a name with a unit: what it names as words, a factor for its numbers, their unit.
+    """Split a name with a unit into words, a factor for its values, and their unit.
 
     Angles in rad become arc seconds, minutes or degrees, by the size of `value`; speeds stay.
     """
@@ -140,13 +140,13 @@ def split_quantity(name: str, value: float) -> tuple[str, float, str]:
 
 
 def angle_text(arcsec: float) -> str:
-    """Write an angle in the unit that its size requires."""
+    """Write an angle in a unit that suits its size."""
     _, factor, unit = split_quantity("angle_rad", arcsec * ARCSEC)
     return f"{written(arcsec * ARCSEC * factor)} {unit}"
 
 
 def quantity(name: str, value: float) -> str:
-    """Write a named number: what it is, its size, its unit."""
+    """Write a named number: name, value, unit."""
     stem, factor, unit = split_quantity(name, value)
     return f"{stem} {written(value * factor)} {unit}".rstrip()
 
@@ -164,7 +164,7 @@ NOT_FITTED = "fixed: saturation limit"
 def named_numbers(
     values: Mapping[str, float], at_bound: Sequence[str] = (), not_fitted: Sequence[str] = ()
 ) -> list[str]:
-    """Write the named numbers that are not nothing or stand at a bound, and which do."""
+    """Write the named numbers that are not zero or are at a bound, and mark the latter."""
 
     def known(name: str) -> str:
         if name in not_fitted:

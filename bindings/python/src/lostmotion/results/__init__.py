@@ -1,7 +1,7 @@
-"""What results have in common: a table of parameters, data frames, and figures.
+"""Common parts of results: parameter tables, data frames, and figures.
 
-`parameter_table` prints values with their errors and bounds; `data_frame` makes a table of columns
-a pandas one; `figures` draws with Plotly, whose figures a notebook, a page and a report show.
+`parameter_table` prints values with errors and bounds; `data_frame` converts columns to pandas;
+`figures` makes Plotly figures for notebooks, pages and reports.
 """
 
 from lostmotion.results.data_frame import data_frame

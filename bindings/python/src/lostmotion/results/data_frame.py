@@ -1,4 +1,4 @@
-"""Data frames, where pandas is installed."""
+"""Pandas data frames, if pandas is installed."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from lostmotion.errors import InputError
 
 
 def data_frame(columns: Mapping[str, Any]) -> Any:
-    """Make a pandas data frame of columns.
+    """Make a pandas data frame from columns.
 
     Raises
     ------

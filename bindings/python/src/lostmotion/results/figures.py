@@ -1,7 +1,8 @@
 """Figures of results, drawn with Plotly (``pip install 'lostmotion[plot]'``).
 
-Each function takes arrays and gives a ``plotly.graph_objects.Figure``: a notebook shows it, and
-``figure.write_html("loops.html")`` writes a page. Runs are traces, to be toggled in the legend.
+Each function takes arrays and returns a ``plotly.graph_objects.Figure``: a notebook displays it,
+and ``figure.write_html("loops.html")`` writes a page. Runs are traces that can be toggled in the
+legend.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ MEASURED, MODEL = "#0072b2", "#d55e00"
 
 
 def plotly() -> ModuleType:
-    """Give Plotly's ``graph_objects``.
+    """Return Plotly's ``graph_objects``.
 
     Raises
     ------
@@ -44,12 +45,12 @@ POINTS_ALL = 30_000
 
 
 def drawn(count: int, total: int = 0) -> slice:
-    """Choose the samples of a run that are drawn: evenly spaced, of `total` in all runs."""
+    """Choose evenly spaced samples of a run to draw, of `total` in all runs."""
     return slice(None, None, max(1, -(-count // POINTS_MAX), -(-total // POINTS_ALL)))
 
 
 def single(values: FloatArray) -> npt.NDArray[np.float32]:
-    """Give values in the precision of a screen, in which a page is half as large."""
+    """Return values in single precision, which halves the size of a page."""
     return np.asarray(values, np.float32)
 
 
@@ -116,7 +117,7 @@ def residuals(
     Parameters
     ----------
     axis : str
-        Name of the quantity with its unit, as on the axis.
+        Name of the quantity with its unit, for the axis.
     """
     go = plotly()
     figure = framed(go, "Residual", axis, "residual, arcsec")
@@ -154,7 +155,7 @@ def spectrum(order: FloatArray, amplitude_arcsec: FloatArray, turns_of: str) -> 
 def autocorrelation(whitened: Sequence[FloatArray], lags: int) -> Any:
     """Draw the autocorrelation of a whitened residual, pooled over runs.
 
-    The band is what independent samples stay within, 95 of 100 times.
+    The band contains independent samples with a probability of 95 %.
     """
     go = plotly()
     title = "Autocorrelation of the whitened residual"
@@ -234,7 +235,7 @@ def curves(x: npt.ArrayLike, series: Mapping[str, Any], title: str, axes: tuple[
 
 
 def points(x: Sequence[float], y: Sequence[float], title: str, axes: tuple[str, str]) -> Any:
-    """Draw points, each with its number: designs of a front."""
+    """Draw numbered points: designs of a front."""
     go = plotly()
     figure = framed(go, title, *axes)
     figure.add_scatter(x=x, y=y, mode="markers", text=[f"design {i + 1}" for i in range(len(x))])

@@ -27,9 +27,9 @@ class Parameter:
         As in ``[fit.values]`` of a fitted drive file, with its unit.
     value : float
     error : float or None
-        Standard error; None where the result has none.
+        Standard error; None if the result has none.
     low, high : float
-        Bounds, infinite where there are none.
+        Bounds, infinite if there are none.
     estimated : bool
         Whether the fit estimated it; otherwise it is fixed.
     """
@@ -54,7 +54,7 @@ class Parameter:
 
     @property
     def relative_error(self) -> float | None:
-        """Standard error as a share of the value; None where there is none."""
+        """Relative standard error; None if there is none."""
         return None if self.error is None or self.value == 0 else abs(self.error / self.value)
 
     def __str__(self) -> str:
@@ -62,7 +62,7 @@ class Parameter:
         return f"{self.name} = {' '.join(cell for cell in self.cells()[1:] if cell)}"
 
     def cells(self) -> tuple[str, str, str, str]:
-        """Name, value, standard error, and what else is to be said, as text."""
+        """Name, value, standard error, and remarks, as text."""
         value = f"{self.value:.{DIGITS}g}"
         said = AT_BOUND if self.at_bound else "" if self.estimated else "(fixed)"
         if self.error is None:
@@ -104,7 +104,7 @@ class ParameterTable(Mapping[str, Parameter]):
         return len(self._by_name)
 
     def __str__(self) -> str:
-        """Print the values as a fit report does: value, standard error, share."""
+        """Print the values like a fit report: value, standard error, relative error."""
         rows = [one.cells() for one in self.values()]
         wide = [max((len(row[i]) for row in rows), default=0) for i in range(4)]
         lines = (
@@ -114,7 +114,7 @@ class ParameterTable(Mapping[str, Parameter]):
         return "\n".join(lines)
 
     def __repr__(self) -> str:
-        """Describe how many there are; `print` shows them."""
+        """Summarise the number of parameters; `print` shows them."""
         estimated = sum(one.estimated for one in self.values())
         return f"<ParameterTable: {estimated} estimated, {len(self) - estimated} fixed>"
 
@@ -131,7 +131,7 @@ class ParameterTable(Mapping[str, Parameter]):
         return {name: one.value for name, one in self.items()}
 
     def to_dataframe(self) -> Any:
-        """Give a pandas data frame, a row a parameter."""
+        """Return a pandas data frame with one row per parameter."""
         ones = list(self.values())
         return data_frame(
             {

@@ -1,11 +1,11 @@
-"""A seven-joint arm in MuJoCo: how well it repeats and tracks, rigid, with drives, compensated.
+"""A seven-joint arm in MuJoCo: repeatability and tracking, rigid, with drives, compensated.
 
     python -m lostmotion.simulators.arm [--json FILE] [--picture FILE.svg] [--step SECONDS]
 
 The arm (``arm.xml``) goes to one pose from several others, and follows a path on which every joint
 reverses. Its motors follow their own encoders: feed-forward torque of the rigid arm, and a
 proportional and derivative controller. The compensator is the library's float32 code, one instance
-a joint, told the torque of the commanded motion.
+per joint, with the torque of the commanded motion.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ VARIANTS = ("rigid", "drives", "compensated")
 
 @dataclass(frozen=True)
 class Motion:
-    """A commanded motion of all joints, a row a step."""
+    """A commanded motion of all joints, one row per step."""
 
     angle_rad: FloatArray
     velocity_rad_s: FloatArray
@@ -73,7 +73,7 @@ class Motion:
 
 
 def minimum_jerk(start: FloatArray, end: FloatArray, step_s: float) -> Motion:
-    """Go from rest to rest."""
+    """Move from rest to rest."""
     count = round(MOVE_S / step_s)
     t = np.arange(count)[:, None] / count
     way = end - start
@@ -153,7 +153,7 @@ class Compensators:
         return self._at
 
     def settle(self, torque_Nm: FloatArray, angle_rad: FloatArray) -> FloatArray:
-        """Give the corrections of joints that are at rest."""
+        """Return the corrections of joints at rest."""
         lib = self._core.lib
         return np.array(
             [
@@ -165,7 +165,7 @@ class Compensators:
         )
 
     def step(self, torque_Nm: FloatArray, angle_rad: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Give corrections and their velocities."""
+        """Return corrections and their velocities."""
         lib = self._core.lib
         found = [
             lib.lm_step_compensator(one, self._tell(i, torque_Nm[i], angle_rad[i]))
@@ -179,14 +179,14 @@ class Compensators:
 
 @dataclass(frozen=True)
 class Walk:
-    """What the tool did, a row a step: where it was, and where the command has it."""
+    """Path of the tool, one row per step: actual and commanded position."""
 
     tool_m: FloatArray
     commanded_m: FloatArray
 
 
 class Rigid:
-    """The arm with rigid joints: feed-forward torque, and where the tool belongs."""
+    """The arm with rigid joints: feed-forward torque, and commanded tool position."""
 
     def __init__(self, mujoco: Any, model: Any) -> None:
         self._mujoco, self._model = mujoco, model
@@ -204,7 +204,7 @@ class Rigid:
         return motor, -link
 
     def tool(self) -> FloatArray:
-        """Where the tool belongs at the step that was requested last."""
+        """Commanded tool position at the last requested step."""
         return np.array(self._data.site("tool").xpos)
 
 
@@ -253,7 +253,7 @@ def walk(mujoco: Any, variant: str, drives: Sequence[Drive], motion: Motion, ste
 
 
 def approaches(step_s: float) -> tuple[Motion, list[int]]:
-    """Go to the pose from several sides; also the steps at which the arm rests there."""
+    """Approach the pose from several sides; also returns the steps at rest there."""
     sides = np.random.default_rng(SIDES_SEED).choice([-1.0, 1.0], size=(APPROACHES, 7))
     parts, rests, count = [hold(POSE, REST_S, step_s)], [], round(REST_S / step_s)
     for side in sides:
@@ -291,8 +291,8 @@ def run_arm(
     Returns
     -------
     dict
-        By variant: ``repeatability_um``, ``tracking_rms_um``, ``tracking_max_um``, and what a
-        picture shows.
+        By variant: ``repeatability_um``, ``tracking_rms_um``, ``tracking_max_um``, and the data of
+        the figure.
 
     Raises
     ------

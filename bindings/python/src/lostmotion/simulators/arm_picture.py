@@ -1,4 +1,4 @@
-"""The picture of the arm: the loop of a drive in the simulator, and the tracking error."""
+"""Figure of the arm: the loop of a drive in the simulator, and the tracking error."""
 
 from __future__ import annotations
 

@@ -41,12 +41,12 @@ def read_source(name: str) -> str:
 
 
 def find_compiler() -> list[str] | None:
-    """Command of the C compiler: the variable CC, else cc, gcc or clang; None where there is none.
+    """Command of the C compiler: the variable CC, else cc, gcc or clang; None if there is none.
 
     Raises
     ------
     InputError
-        When CC names one that is not there.
+        If CC names a compiler that does not exist.
     """
     stated = os.environ.get("CC", "").strip()
     if stated:
@@ -81,7 +81,7 @@ def compile_shared(
     texts : mapping
         Every file by its name.
     units : sequence of str
-        Those of them that are compiled; the others are included.
+        Compiled files; the others are included.
     extra : sequence of str
         More options: include folders, sanitizers.
     linked : sequence of str
@@ -90,7 +90,7 @@ def compile_shared(
     Raises
     ------
     InputError
-        When the compiler refuses them, with what it says first.
+        If the compiler refuses them, with its first message.
     """
     with tempfile.TemporaryDirectory(prefix="lostmotion-") as folder:
         place = Path(folder)

@@ -19,12 +19,12 @@ VERSIONS: tuple[Version, ...] = (2, 3)
 
 @dataclass(frozen=True)
 class Description:
-    """What a modelDescription.xml says.
+    """Content of a modelDescription.xml.
 
     Attributes
     ----------
     name, title : str
-        The model identifier, a name in C, and what it is for.
+        The model identifier, a name in C, and its purpose.
     token : str
         GUID, in FMI 3 the instantiation token.
     units : sequence of str
@@ -32,7 +32,7 @@ class Description:
     derivatives : bool
         Whether the FMU provides directional derivatives.
     step_s : float or None
-        Step that it is made for.
+        Intended step.
     """
 
     name: str
@@ -152,7 +152,7 @@ class Description:
 
 
 def _number(value: float) -> str:
-    """Write a double so that reading gives the same bits."""
+    """Write a double so that it reads back with the same bits."""
     return repr(float(value))
 
 

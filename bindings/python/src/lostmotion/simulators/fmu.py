@@ -1,7 +1,7 @@
 """``lostmotion export drive.toml -o drive.fmu``: the drive, or its compensator, as an FMU.
 
-An FMU of co-simulation by FMI 2.0 or 3.0 with the C sources inside, those of the library among
-them, and a binary for the machine at hand where there is a C compiler.
+A co-simulation FMU (FMI 2.0 or 3.0) with C sources, including those of the library, and a binary
+for this machine if there is a C compiler.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ def export_fmu(
     ratio: float,
     title: str,
 ) -> dict[str, Any]:
-    """Write an FMU, whole or not at all, and return the answer of the command.
+    """Write an FMU atomically, and return the answer of the command.
 
     Parameters
     ----------
@@ -168,7 +168,7 @@ def binary_folder(version: Version) -> str:
 
 
 def _token(name: str, sources: Sources) -> str:
-    """GUID that tells one FMU from another: of what it is made of."""
+    """GUID of an FMU, derived from its content."""
     digest = hashlib.sha256()
     for text in (name, *(f"{file}\n{text}" for file, text in sources.texts.items())):
         digest.update(text.encode())
@@ -183,7 +183,7 @@ def make_sources(
     Raises
     ------
     InputError
-        When an effect of the user's own has no formula that could be written in C.
+        If a user effect has no formula, so that it cannot be written in C.
     """
     model = "compensator.c" if kind == "compensator" else "drive.c"
     interface = f"fmi{version}_interface.c"
@@ -207,7 +207,7 @@ def make_sources(
 
 
 def own_sources(controller: Controller) -> dict[str, str]:
-    """C files of the user's own effects, which have to have a formula."""
+    """C files of user effects, which must have a formula."""
     from lostmotion.effects.formula import write_c
 
     made = {}
@@ -221,7 +221,7 @@ def own_sources(controller: Controller) -> dict[str, str]:
 
 
 def data_header(controller: Controller, kind: Kind, variables: Sequence[Variable]) -> str:
-    """C header with what `c/fmu.h` must know of one drive, but for the token."""
+    """C header with the data of one drive for `c/fmu.h`, without the token."""
     known = known_effects(core(64), controller.own)
     effects = [(name, int(known[name].value_count)) for name, _ in controller.effects]
     parameters = variables[20:]

@@ -4,11 +4,10 @@
     placed = put_drives(spec, {"shoulder": "joint.toml"})
     data = mujoco.MjData(placed.model)
 
-The joint that is named keeps its name, its actuator and its sensors: it is the input side, in
-angles of the output. A second hinge on the same axis, ``shoulder_lost_motion``, follows it; its
-angle is the lost motion. An engine plugin (``c/mujoco_plugin.c``) applies the drive's torque to it.
-The plugin is compiled once against the headers of the MuJoCo that is installed, and is kept in the
-user's cache.
+The named joint keeps its name, actuator and sensors: it is the input side, in output angles. A
+second hinge on the same axis, ``shoulder_lost_motion``, follows it; its angle is the lost motion.
+An engine plugin (``c/mujoco_plugin.c``) applies the drive's torque to it. The plugin is compiled
+once against the headers of the installed MuJoCo, and kept in the user's cache.
 
 Needs MuJoCo (``pip install lostmotion[mujoco]``) and a C compiler.
 """
@@ -74,12 +73,12 @@ class PlacedDrive:
     stiffness_max_Nm_per_rad : float
         The greatest tangent stiffness, right after a reversal.
     damping_Nm_s : float
-        Of the second hinge: step times that stiffness over two, which makes it stable. It is no
-        property of the drive and gets smaller with the step.
+        Damping of the second hinge: half the step times that stiffness, for stability. It is not a
+        property of the drive and decreases with the step.
     effects : tuple of str
         Effects of the drive file that are in the model.
     set_aside : dict
-        Those that are not, each with the reason.
+        Effects that are not in the model, with reasons.
     """
 
     joint: str
@@ -116,7 +115,7 @@ def import_mujoco() -> Any:
 
 @cache
 def load_plugin() -> Path:
-    """Compile the plugin unless the cache has it, load it into MuJoCo and say where it lies.
+    """Compile the plugin unless it is cached, load it into MuJoCo and return its path.
 
     MuJoCo's own viewer, ``simulate``, loads the same file from its folder of plugins.
 
@@ -176,27 +175,27 @@ def put_drives(
     temperature_C: float = REFERENCE_TEMPERATURE_C,
     cycles: float = 0.0,
 ) -> Placed:
-    """Put drives between actuators and joints of a model, and compile it.
+    """Insert drives between actuators and joints of a model, and compile it.
 
     Parameters
     ----------
     spec : mujoco.MjSpec, str or Path
         The model, or an MJCF file. The spec is changed.
     drives : mapping
-        Name of a hinge to a drive or a drive file. The hinge is alone in its body and has an
-        armature: the inertia of rotor and wave generator times the ratio squared.
+        From the name of a hinge to a drive or a drive file. The hinge must be alone in its body and
+        have an armature: the inertia of rotor and wave generator times the ratio squared.
     temperature_C, cycles : float
-        Conditions that effects of the drives depend on.
+        Conditions for the effects of the drives.
 
     Returns
     -------
     Placed
-        The compiled model; positions and velocities have one entry more for each drive.
+        The compiled model; positions and velocities have one more entry per drive.
 
     Raises
     ------
     InputError
-        When a joint is not there or cannot have a drive, MuJoCo or a compiler is missing.
+        If a joint does not exist or cannot have a drive, or MuJoCo or a compiler is missing.
     """
     mujoco = import_mujoco()
     load_plugin()
@@ -255,7 +254,7 @@ def slow_reversal(
     step_s: float = 2e-3,
     period_s: float = 20.0,
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Measure the lost motion of a drive in the simulator, its input locked.
+    """Measure the lost motion of a drive with locked input in the simulator.
 
     Parameters
     ----------
@@ -285,7 +284,7 @@ def slow_reversal(
 
 
 def set_timestep(placed: Placed, step_s: float) -> None:
-    """Set the timestep of a compiled model and the damping of its drives that belongs to it."""
+    """Set the timestep of a compiled model and the corresponding damping of its drives."""
     model = placed.model
     share = step_s / float(model.opt.timestep)
     for one in placed.drives:
@@ -316,7 +315,7 @@ def _hinge(mujoco: Any, spec: Any, name: str) -> Any:
 
 
 def _widen_keys(spec: Any, names: Sequence[str]) -> None:
-    """Give keyframes a place for each lost motion, zero."""
+    """Add a zero for each lost motion to keyframes."""
     if not len(spec.keys):
         return
     model = spec.copy().compile()
@@ -329,14 +328,14 @@ def _widen_keys(spec: Any, names: Sequence[str]) -> None:
 
 
 def simulated_parts(controller: Controller) -> tuple[Controller, dict[str, str]]:
-    """Leave out of a controller what is no part of the drive in a simulator.
+    """Remove from a controller what is not part of the drive in a simulator.
 
     Returns
     -------
     controller : Controller
-        With the effects of the drive itself, and no limit of torque within a simulation.
+        With the effects of the drive itself, and a torque limit beyond any simulation.
     set_aside : dict
-        The other effects, each with the reason.
+        The other effects, with reasons.
     """
     c = core(64)
     known = library_effects(c)
@@ -373,7 +372,7 @@ def _put(
     step_s: float,
     configuration: Mapping[str, str],
 ) -> str:
-    """Put the second hinge behind a joint, and the plugin that acts on both; its name."""
+    """Add the second hinge after a joint, and the plugin that acts on both; returns its name."""
     name = f"{joint.name}{SUFFIX}"
     body = joint.parent
     plugin = spec.add_plugin(name=f"{joint.name}_drive", plugin_name=PLUGIN, active=True)
@@ -409,7 +408,7 @@ def _set_first(owner: Any, name: str, value: float) -> None:
 
 
 def _configuration(controller: Controller) -> dict[str, str]:
-    """Write what the plugin reads of a drive."""
+    """Write the plugin configuration of a drive."""
 
     def listed(values: Sequence[float] | npt.NDArray[np.float64]) -> str:
         return " ".join(repr(float(value)) for value in values)
@@ -431,7 +430,7 @@ def _configuration(controller: Controller) -> dict[str, str]:
 
 @dataclass(frozen=True)
 class Bounds:
-    """What stability depends on.
+    """Bounds for stability.
 
     Attributes
     ----------
@@ -445,7 +444,7 @@ class Bounds:
     turning: float
 
     def damping(self, step_s: float) -> float:
-        """Damping of the lost motion that no step creates energy with (c/mujoco_plugin.c).
+        """Damping of the lost motion with which no step creates energy (c/mujoco_plugin.c).
 
         The energy of a step that both moves make is K (h v' - t h u')^2 / 2, at most K (h v')^2 +
         K (t h u')^2, with u' the input's velocity and t `turning`.
@@ -453,7 +452,7 @@ class Bounds:
         return step_s * self.stiffness_Nm_per_rad * (1.0 if self.turning > 0 else 0.5)
 
     def input_damping(self, step_s: float) -> float:
-        """Damping of the input that belongs to it."""
+        """Corresponding damping of the input."""
         return step_s * self.stiffness_Nm_per_rad * self.turning**2
 
 
@@ -465,7 +464,7 @@ def find_bounds(
     Raises
     ------
     InputError
-        When the drive does not yield at all after a reversal.
+        If the drive has no compliance after a reversal.
     """
     c = core(64)
     parameters = build(controller, c)

@@ -1,4 +1,4 @@
-"""Variables of an FMU: what goes in, what comes out, what may be tuned; with units and ranges.
+"""Variables of an FMU: inputs, outputs and tunable parameters, with units and ranges.
 
 The order is that of ``c/fmu.h``: ten inputs, ten outputs, then the parameters as `fmu_build` reads
 them.
@@ -71,7 +71,7 @@ class Variable:
         A key of `UNITS`, or "".
     meaning : str
     low, high : float or None
-        The range within which the model holds; beyond it the library states what it does.
+        Validity range of the model.
     whole : bool
         An integer.
     """
@@ -116,7 +116,7 @@ def list_variables(controller: Controller, kind: Kind, ratio: float) -> list[Var
 
 
 def _fitted(ends: tuple[float, float]) -> str:
-    """Describe which range was fitted, where one is stated."""
+    """Describe the fitted range, if one is stated."""
     low, high = ends
     return f"; fitted from {low:g} to {high:g}, clipped to that range" if low or high else ""
 
@@ -205,7 +205,7 @@ def _outputs(kind: Kind) -> list[Variable]:
 def _fields(
     part: Envelope | Limits | Watch | Validity, group: str, access: Callable[[str], Access]
 ) -> Iterator[Variable]:
-    """One variable a number of a part of the controller."""
+    """One variable per number of a part of the controller."""
     for entry in fields(part):
         stem, unit = split_field(entry.name)
         value = getattr(part, entry.name)

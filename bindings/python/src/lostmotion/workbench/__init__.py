@@ -1,6 +1,6 @@
-"""The workbench: the library's calls on a local page, for one person at one machine.
+"""The workbench: the functions of the library in a local web page for one user.
 
-`bench` holds what was loaded and found and calls the library; `work` runs what takes long beside
-the page; `page` draws it with the panels of `measured`, `missing`, `handing_out` and `designs`.
-There is no analysis here.
+`bench` has the loaded data and results and calls the library; `work` runs long tasks in the
+background; `page` shows them with the panels of `measured`, `missing`, `handing_out` and `designs`.
+It contains no analysis.
 """

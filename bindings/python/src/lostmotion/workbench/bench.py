@@ -1,4 +1,4 @@
-"""What lies on the bench: a drive, its recordings, and what the library found of them."""
+"""State of the workbench: a drive, its recordings, and results."""
 
 from __future__ import annotations
 
@@ -44,11 +44,11 @@ class Rivals:
     Attributes
     ----------
     models : dict
-        By name, fitted with what is in the model and this one on top.
+        By name, fitted with the present model and this effect.
     gains : dict
-        Evidence of each run, nats; empty where the diagnosis could not judge one of them.
+        Evidence of each run, nats; empty if the diagnosis could not test one of them.
     angle_deg : float or None
-        Between what the two do to these recordings, beside the baseline model: small means
+        Angle between their contributions after projection on the baseline model: small means
         confounded.
     """
 
@@ -61,17 +61,16 @@ class Rivals:
 class Bench:
     """State of the workbench and the calls that change it.
 
-    Every call either ends with the state changed or raises with the state as it was.
+    Every call either changes the state or raises and leaves it unchanged.
 
     Attributes
     ----------
     chosen : list of str
-        Effects that were added to the model, in order; the fits are kept, so that undoing one and
-        doing it again costs nothing.
+        Effects added to the model, in order; the fits are kept, so that undo and redo cost nothing.
     version : int
-        Grows with every change.
+        Incremented with every change.
     opened : str
-        Panel that was opened last: a page that is loaded again shows it.
+        Panel that was opened last; a reloaded page shows it.
     """
 
     folder: Path = field(default_factory=lambda: Path(tempfile.mkdtemp(prefix="lostmotion-")))
@@ -95,7 +94,7 @@ class Bench:
     # --- loading ---------------------------------------------------------------------------------
 
     def load_drive(self, file: str | Path) -> None:
-        """Read a drive file and predict from it; recordings of another drive go."""
+        """Read a drive file and predict; recordings of another drive are removed."""
         check_plain(file, "a drive file")
         drive = read_drive(file)
         self.drive, self.drive_page = drive, render_section(drive_section(drive))
@@ -108,7 +107,7 @@ class Bench:
         tick: Tick,
         file: str | Path | None = None,
     ) -> None:
-        """Read recordings of the drive, or of that of a file, and compare the model with them."""
+        """Read recordings of the drive, or of that in a file, and compare them with the model."""
         for path in (*paths, *([] if file is None else [file])):
             check_plain(path, "a drive file" if path == file else "a recording or a folder of them")
         drive = self.need_drive() if file is None else read_drive(file)
@@ -138,13 +137,13 @@ class Bench:
         self.version += 1
 
     def need_drive(self) -> Drive:
-        """Give the drive, or state that there is none."""
+        """Return the drive, or raise an error if there is none."""
         if self.drive is None:
             raise InputError("DRIVE", "", "none loaded", "a drive file")
         return self.drive
 
     def need_campaign(self) -> Campaign:
-        """Give the recordings, or state that there are none."""
+        """Return the recordings, or raise an error if there are none."""
         if self.campaign is None:
             raise InputError("DATA", "", "none loaded", "recordings of the drive")
         return self.campaign
@@ -161,7 +160,7 @@ class Bench:
         self.version += 1
 
     def model_with(self, names: Sequence[str], tick: Tick) -> FittedModel:
-        """Fit the drive with effects added, or take the fit that was made before."""
+        """Fit the drive with effects, or return the stored fit."""
         key = tuple(names)
         if key not in self.models:
             drive, campaign = self.need_drive(), self.need_campaign()
@@ -172,7 +171,7 @@ class Bench:
         return self.models[key]
 
     def choose(self, names: Sequence[str], tick: Tick) -> None:
-        """Make these the effects of the model, and fit it."""
+        """Set the effects of the model, and fit it."""
         self.model_with(names, tick)
         self.chosen = list(names)
         self.rivals = None
@@ -180,11 +179,11 @@ class Bench:
 
     @property
     def model(self) -> FittedModel | None:
-        """The fit with the chosen effects, where it was made."""
+        """The fit with the chosen effects, if it exists."""
         return self.models.get(tuple(self.chosen))
 
     def residuals(self) -> Residuals | None:
-        """The residual: by the fit with effects, or by the comparison where nothing was fitted."""
+        """The residual of the fit with effects, or of the comparison if nothing was fitted."""
         if self.comparison is None:
             return None
         if self.model is not None:
@@ -200,7 +199,7 @@ class Bench:
         )
 
     def compare_effects(self, a: str, b: str, tick: Tick) -> None:
-        """Set two effects side by side."""
+        """Compare two effects."""
         if a == b:
             raise InputError("effects", b, "the same twice", "two different ones")
         if self.diagnosis is None or self.diagnosis.selection is None:
@@ -224,7 +223,7 @@ class Bench:
         self.version += 1
 
     def rank_options(self, paths: Sequence[str | Path], tick: Tick) -> None:
-        """Describe which of some planned runs decides best between what is still open."""
+        """Rank planned runs by how well they decide between the open effects."""
         drive = self.need_drive()
         names = {**drive.columns, **parse_map(self.mapping)}
         for path in paths:
@@ -240,14 +239,14 @@ class Bench:
     # --- what goes out ---------------------------------------------------------------------------
 
     def fitted_drive(self) -> str:
-        """The drive file with what was fitted in it; without a fit, as it was read."""
+        """The drive file with the fit; without a fit, as it was read."""
         drive = self.need_drive()
         return format_toml(drive.document if self.model is None else self.model.document(drive))
 
     def export(
         self, suffix: str, settings: Sequence[str], profile: Profile, name: str
     ) -> tuple[bytes, Mapping[str, Any]]:
-        """Make the controller's parameters: the file's bytes, and what ``export`` says of it."""
+        """Make the controller's parameters: bytes of the file, and the notes of ``export``."""
         drive = self.need_drive()
         given = read_settings(settings)
         with tempfile.TemporaryDirectory(dir=self.folder) as folder:
@@ -260,5 +259,5 @@ class Bench:
             return file.read_bytes(), answer
 
     def close(self) -> None:
-        """Throw away what was uploaded."""
+        """Delete uploaded files."""
         shutil.rmtree(self.folder, ignore_errors=True)

@@ -1,4 +1,4 @@
-"""The panel of the design search: live, stopped and resumed, a point of the front to be picked."""
+"""The panel of the design search: live progress, stop and resume, selection of designs."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ MARGINS = 14
 
 
 class Search:
-    """A design search beside the page; it does not stand in the way of the analysis.
+    """A design search in the background, independent of the analysis.
 
     Parameters
     ----------
     roots : sequence of path
-        Folders that a search may write into.
+        Folders that a search may write to.
 
     Attributes
     ----------
@@ -65,7 +65,7 @@ class Search:
         self.threads = ThreadPoolExecutor(1, thread_name_prefix="search")
 
     def start(self, *, resume: bool) -> None:
-        """Search by the spec into the folder, from the beginning or where it was stopped."""
+        """Start a search into the folder, or resume it."""
         if self.running:
             return
         self.running, self.message = True, ""
@@ -75,7 +75,7 @@ class Search:
         self.threads.submit(self.run, resume)
 
     def run(self, resume: bool) -> None:
-        """Search; what goes wrong is reported as on the command line."""
+        """Run the search; errors are reported as on the command line."""
         spec, folder = self.spec, self.folder
         words = ["lostmotion", "design", spec, "-o", folder, *(["--resume"] if resume else [])]
         try:
@@ -106,18 +106,18 @@ class Search:
             self.version += 1
 
     def take(self, seen: dict[str, Any]) -> None:
-        """Take note of progress."""
+        """Record progress."""
         self.seen = seen
         self.version += 1
 
     def name(self, spec: str) -> None:
-        """Take another spec; what was stated of the last one goes."""
+        """Select another spec; results of the last one are removed."""
         self.spec, self.folder = spec, f"{Path(spec).stem}_run"
         self.message = ""
         self.version += 1
 
     def close(self) -> None:
-        """Stop, with the best so far saved."""
+        """Stop and save the state."""
         self.stop_event.set()
         self.threads.shutdown(cancel_futures=True)
 
@@ -135,19 +135,19 @@ class DesignPanel(Panel):
         self.drawn_result: object = None
 
     def state(self) -> object:
-        """Drawn anew when a search begins and ends; progress has its own place."""
+        """Redrawn when a search begins and ends; progress is separate."""
         search = self.search
         return search.running, id(search.result), search.message
 
     def update(self) -> None:
-        """Draw what has changed; while searching, progress only."""
+        """Draw changes; during a search only the progress."""
         super().update()
         if self.search.version != getattr(self, "live_version", None):
             self.live_version = self.search.version
             self.draw_live()
 
     def draw(self) -> None:
-        """Draw into the place."""
+        """Draw the panel."""
         search = self.search
         self.html(
             "<p>A search spec states variables, limits and objectives. The search runs in the "
@@ -190,7 +190,7 @@ class DesignPanel(Panel):
         search.start(resume=resume)
 
     def front(self) -> list[list[float]]:
-        """Objectives of the designs of the front, as far as it is known."""
+        """Objectives of the designs of the present front."""
         result, seen = self.search.result, self.search.seen
         if result is not None:
             return [list(one["objectives"]) for one in result.front]
@@ -246,7 +246,7 @@ class DesignPanel(Panel):
             )
 
     def choose_axes(self) -> None:
-        """Let the user state which two of several objectives are drawn."""
+        """Let the user choose the two objectives to be drawn."""
         named = zip(self.search.names, self.search.units, strict=True)
         options = {i: axis_name(name, unit) for i, (name, unit) in enumerate(named)}
         with ui.element("div").classes("line"):
@@ -320,7 +320,7 @@ class DesignPanel(Panel):
         return f"{number + 1}: " + ", ".join(written(value, 5) for value in self.front()[number])
 
     def put(self, document: dict[str, Any]) -> None:
-        """Make the design the drive on the bench."""
+        """Load the design as the drive."""
         assert self.picked is not None
         file = self.bench.folder / f"design_{self.picked + 1}.toml"
 
@@ -331,6 +331,6 @@ class DesignPanel(Panel):
         self.work.start("predicting", task)
 
     def download(self, document: dict[str, Any]) -> None:
-        """Hand the drive file to the browser."""
+        """Send the drive file to the browser."""
         assert self.picked is not None
         ui.download.content(format_toml(document).encode(), f"design_{self.picked + 1}.toml")

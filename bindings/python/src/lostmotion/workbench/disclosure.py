@@ -1,4 +1,4 @@
-"""What the page says of a file: nothing of what is in one that is no drive and no recording."""
+"""Disclosure: the page never quotes files other than drive files, specs and recordings."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ COLUMN = re.compile(rf"(?:^|[^a-z])(?:{'|'.join(sorted(QUANTITIES))})_[a-z]", re
 
 
 def public_message(error: LostMotionError) -> str:
-    """Return the message of an error, or a plain one where it would quote a file of another kind.
+    """Return the message of an error, or a neutral one if it would quote a file of another kind.
 
-    A page can be made to name any file that its user can read: a key, a password list. What it
-    answers must not depend on what is in there.
+    A page can be made to name any file that its user can read, such as a key or a password list.
+    The answer must not depend on its content.
     """
     if isinstance(error, InputError) and not is_known(error.file):
         expected = "a drive file, a search spec or a recording"
@@ -33,7 +33,7 @@ def public_message(error: LostMotionError) -> str:
 
 
 def is_known(file: str) -> bool:
-    """Whether a name is that of a drive file, a search spec, a recording, or of no file at all."""
+    """Whether a name is that of a drive file, a search spec, a recording, or no file."""
     path = Path(file)
     try:
         if is_stream(path) or not path.is_file():
@@ -53,7 +53,7 @@ def is_known(file: str) -> bool:
 
 
 def is_recording(text: str) -> bool:
-    """Whether the beginning of a text is that of a table of measured values."""
+    """Whether a text starts like a table of measured values."""
     lines = [line for line in text.splitlines() if line.strip() and not line.startswith("#")][:2]
     if lines and COLUMN.search(lines[0]):
         return True
@@ -64,7 +64,7 @@ def is_recording(text: str) -> bool:
 
 
 def is_number(text: str) -> bool:
-    """Whether a field of a table holds a number."""
+    """Whether a field of a table is a number."""
     try:
         float(text)
     except ValueError:

@@ -1,4 +1,4 @@
-"""Sections and figures of the report as pieces of the page; numbers and pictures by a link."""
+"""Sections and figures of the report for the page, with links to data and figures."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ class Rendered:
     ----------
     html : str
     tables : dict
-        The numbers behind its pictures, by the name in their link.
+        Data of its figures, by the name in their link.
     pictures : dict
-        The pictures as they are drawn for a wide page, by the same names.
+        Figures for a wide page, by the same names.
     """
 
     html: str = ""
@@ -39,7 +39,7 @@ class Rendered:
 
 
 def render_section(section: Section) -> Rendered:
-    """Draw a section; it may take a second, so not on the page's own thread."""
+    """Draw a section; it may take a second, so it must not run in the page's thread."""
     out = Rendered()
     parts = [f'<p class="lead">{escape(section.lead)}</p>', facts_html(section.facts)]
     for block in section.blocks:
@@ -57,7 +57,7 @@ def render_section(section: Section) -> Rendered:
 
 
 def render_figure(figure: Figure, out: Rendered) -> str:
-    """Draw a figure for a wide and a narrow page, and keep its numbers for the link."""
+    """Draw a figure for a wide and a narrow page, and store its data for the link."""
     name = figure.table.name
     wide = figure.draw(WIDE)
     out.tables[name], out.pictures[name] = figure.table, wide
@@ -69,7 +69,7 @@ def render_figure(figure: Figure, out: Rendered) -> str:
 
 
 def links(name: str) -> str:
-    """Links to the numbers behind a picture and to the picture."""
+    """Links to the data of a figure and to the figure."""
     return (
         f'<span class="files"><a href="/numbers/{name}.csv" download>numbers (CSV)</a> '
         f'<a href="/picture/{name}.svg" download>picture (SVG)</a></span>'

@@ -1,4 +1,4 @@
-"""Nobody but the user's own browser talks to the workbench."""
+"""Access control: only the user's browser may access the workbench."""
 
 from __future__ import annotations
 
@@ -33,16 +33,15 @@ HEADERS = (
 class Guard:
     """Refuses every request that does not carry the token of this run.
 
-    The loopback address keeps other machines out, but neither other users of this machine nor a
-    foreign page in the user's own browser. So the opened address carries a random token; the first
-    answer makes it a cookie, and every further request and the websocket must bring it. Host and
-    origin are compared with this machine besides: a foreign page could reach the server under a
-    name of its own.
+    The loopback address excludes other machines, but neither other users of this machine nor a
+    foreign page in the user's browser. Therefore the opened address has a random token; the first
+    answer sets it as a cookie, and every further request and the websocket must send it. Host and
+    origin are also checked: a foreign page could reach the server under its own host name.
 
     Parameters
     ----------
     app
-        What answers the requests that pass.
+        Application that answers permitted requests.
     token : str
         The secret.
     cookie : str
@@ -74,7 +73,7 @@ class Guard:
             await refuse(with_headers(send))
 
     def is_secret(self, given: str) -> bool:
-        """Whether this is the token; how long that takes tells nothing about it."""
+        """Whether this is the token, in constant time."""
         return hmac.compare_digest(given.encode(), self.token.encode())
 
 

@@ -20,7 +20,7 @@ from lostmotion.workbench.work import Work
 
 
 class ExportPanel(Panel):
-    """What goes to the controller, and the drive file that says the same."""
+    """Parameters for the controller, and the equivalent drive file."""
 
     name, title = "export", "Export"
 
@@ -32,7 +32,7 @@ class ExportPanel(Panel):
         self.answer: Mapping[str, Any] | None = None
 
     def draw(self) -> None:
-        """Draw into the place."""
+        """Draw the panel."""
         bench = self.bench
         if bench.drive is None:
             self.hint("Load a drive first.")
@@ -68,7 +68,7 @@ class ExportPanel(Panel):
             )
 
     def download(self, suffix: str) -> None:
-        """Hand the parameters to the browser."""
+        """Send the parameters to the browser."""
         try:
             content, self.answer = self.bench.export(
                 suffix,
@@ -84,7 +84,7 @@ class ExportPanel(Panel):
         self.redraw()
 
     def download_drive(self) -> None:
-        """Hand the drive file to the browser."""
+        """Send the drive file to the browser."""
         name = Path(self.bench.need_drive().file).stem
         suffix = "_fitted" if self.bench.model is not None else ""
         ui.download.content(self.bench.fitted_drive().encode(), f"{name}{suffix}.toml")

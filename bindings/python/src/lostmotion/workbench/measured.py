@@ -1,4 +1,4 @@
-"""Drive and recordings: what the file says, what was measured, and where the model fails."""
+"""Drive and recordings: drive file, measurements, and where the model fails."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ NEEDED_FOR = {
 
 
 class DrivePanel(Panel):
-    """What the drive file says: contributions, and for a design clearances and checks."""
+    """The drive file: contributions, and for a design clearances and checks."""
 
     name, title = "drive", "Drive"
 
@@ -48,7 +48,7 @@ class DrivePanel(Panel):
         self.example = example
 
     def draw(self) -> None:
-        """Draw into the place."""
+        """Draw the panel."""
         if self.bench.drive is None:
             self.hint(
                 "Name a drive file, or drop one: a catalogue sheet or a drawing. With recordings "
@@ -70,12 +70,12 @@ class MeasuredPanel(Panel):
     of_recordings = True
 
     def draw(self) -> None:
-        """Draw into the place."""
+        """Draw the panel."""
         self.html(self.bench.comparison_page.html)
 
 
 class WherePanel(Panel):
-    """Where the model fails: the residual over torque and one quantity, a cell to be picked."""
+    """Where the model fails: residual over torque and one quantity, with selectable cells."""
 
     name, title = "where", "Where it fails"
     of_recordings = True
@@ -88,7 +88,7 @@ class WherePanel(Panel):
         self.campaign: object = None
 
     def draw(self) -> None:
-        """Draw into the place."""
+        """Draw the panel."""
         data = self.bench.residuals()
         assert data is not None
         if self.campaign is not self.bench.campaign:
@@ -143,7 +143,7 @@ class WherePanel(Panel):
         self.html(f'<p class="small">{escape(figure.caption)} {links(figure.table.name)}</p>')
 
     def worst(self, data: Residuals) -> str:
-        """Choose the quantity on which the residual hangs most, by the comparison."""
+        """Choose the quantity on which the residual depends most in the comparison."""
         assert self.bench.comparison is not None
         for failure in self.bench.comparison.failures:
             for name in data.covariates:
@@ -152,7 +152,7 @@ class WherePanel(Panel):
         return next(iter(data.covariates))
 
     def choose(self, covariate: str) -> None:
-        """Look at another quantity."""
+        """Select another quantity."""
         self.covariate, self.picked = covariate, None
         self.redraw()
 
@@ -174,7 +174,7 @@ class WherePanel(Panel):
         ui.run_javascript("document.querySelector('.map')?.focus()")
 
     def cell(self, data: Residuals, of: Map) -> None:
-        """Describe what lies in the picked cell."""
+        """Describe the selected cell."""
         if self.picked is None:
             self.hint("Pick a cell to see which runs lie in it and which effects act there.")
             return

@@ -34,11 +34,11 @@ class EffectsPanel(Panel):
     of_recordings = True
 
     def state(self) -> object:
-        """Drawn anew too when work begins and ends, for then ticks are shut and opened."""
+        """Also redrawn when work begins and ends, because this disables and enables ticks."""
         return self.bench.version, self.work.busy
 
     def draw(self) -> None:
-        """Draw into the place."""
+        """Draw the panel."""
         found = self.bench.diagnosis
         if found is None:
             self.html(
@@ -71,7 +71,7 @@ class EffectsPanel(Panel):
                     self.row(entry)
 
     def search(self, text: str | None) -> None:
-        """Show only the effects whose name or mechanism has these words."""
+        """Show only the effects whose name or mechanism contains these words."""
         wanted = (text or "").lower().split()
         for said, row in self.rows:
             row.set_visibility(all(word in said for word in wanted))
@@ -97,7 +97,7 @@ class EffectsPanel(Panel):
         self.html(f'<p class="verdict" id="verdict">{escape(sentence)}</p>{text}')
 
     def entries(self) -> list[dict[str, Any]]:
-        """All effects, by evidence where there is a diagnosis."""
+        """All effects, ordered by evidence if there is a diagnosis."""
         if self.bench.diagnosis is not None:
             return list(self.bench.diagnosis.answer()["candidates"])
         return [{"name": name, "testable": True, "evidence": None} for name in self.bench.effects]
@@ -136,7 +136,7 @@ class EffectsPanel(Panel):
         self.rows.append((" ".join([words(name), *lines]).lower(), row))
 
     def tick(self, name: str, wanted: bool) -> None:
-        """Add an effect to the model or take it out."""
+        """Add an effect to the model or remove it."""
         names = [one for one in self.bench.chosen if one != name]
         if wanted:
             names.append(name)
@@ -156,7 +156,7 @@ class AlikePanel(Panel):
         self.pair: list[str] = []
 
     def draw(self) -> None:
-        """Draw into the place."""
+        """Draw the panel."""
         names = {name: words(name) for name in self.bench.effects}
         if not self.pair:
             self.pair = self.suggestion()
@@ -177,7 +177,7 @@ class AlikePanel(Panel):
             self.result()
 
     def suggestion(self) -> list[str]:
-        """Take the diagnosis's own rivals, or the strongest and what it is confused with."""
+        """Suggest the rivals of the diagnosis, or the strongest effect and a confounded one."""
         found = self.bench.diagnosis
         ranked = [c for c in found.candidates if c["testable"]] if found is not None else []
         names = [name for name, effect in self.bench.effects.items() if not effect.absorbed]
@@ -255,7 +255,7 @@ class NextPanel(Panel):
         self.path = ""
 
     def draw(self) -> None:
-        """Draw into the place."""
+        """Draw the panel."""
         found = self.bench.diagnosis
         if found is None:
             self.hint("The suggestion comes with the diagnosis.")

@@ -1,4 +1,4 @@
-"""The page: what lies on the bench at the left, what was found of it at the right."""
+"""The page: loaded data on the left, results on the right."""
 
 from __future__ import annotations
 
@@ -123,7 +123,7 @@ class Page:
     # --- the rail --------------------------------------------------------------------------------
 
     def inputs(self) -> None:
-        """Where drive and recordings come from."""
+        """Inputs for drive and recordings."""
         ui.html("<h2>Drive and recordings</h2>", sanitize=False)
         with ui.element("div").classes("stack"):
             self.drive_path = self.field("drive file", "joint.toml")
@@ -172,7 +172,7 @@ class Page:
         self.load_paths()
 
     def load(self, drive: str, paths: list[str], mapping: list[str]) -> None:
-        """Load a drive, recordings or both, beside the page."""
+        """Load a drive, recordings or both in the background."""
         now = self.bench.drive
         new = bool(drive) and (now is None or now.file != drive or bool(paths))
 
@@ -199,7 +199,7 @@ class Page:
         self.work.say(f"dropped files: found another kind, expected {', '.join(DROPPED)}")
 
     async def uploaded(self, event: MultiUploadEventArguments) -> None:
-        """Load what was dropped: kept as files, so that they are read like any others."""
+        """Load dropped files; they are stored and read like any others."""
         self.work.say("")
         folder = Path(tempfile.mkdtemp(prefix="drop", dir=self.bench.folder))
         names: list[str] = []
@@ -265,7 +265,7 @@ class Page:
                 action("Undo the last", self.undo).mark("undo")
 
     def undo(self) -> None:
-        """Take the last effect out of the model."""
+        """Remove the last effect from the model."""
         names = self.bench.chosen[:-1]
         self.work.start("fitting", lambda: self.bench.choose(names, self.work.tick))
 
@@ -276,7 +276,7 @@ class Page:
         self.tabs.set_value(name)
 
     def show(self, name: str) -> None:
-        """Show a panel, drawn anew when the bench has changed since."""
+        """Show a panel, redrawn if the state has changed."""
         for panel in self.panels:
             panel.place.set_visibility(panel.name == name)
             if panel.name == name:
@@ -296,7 +296,7 @@ class Page:
         self.open.update()
 
     def show_bench(self) -> None:
-        """Show what was loaded and how good the model is."""
+        """Show the loaded data and the error of the model."""
         bench = self.bench
         parts = []
         if bench.drive is not None:
@@ -309,7 +309,7 @@ class Page:
             self.show_model()
 
     def show_job(self) -> None:
-        """Show what is being done, and what the last piece of work said."""
+        """Show the running task, and the message of the last one."""
         work = self.work
         self.message.set_text(self.told(work.message))
         self.job.clear()
@@ -322,15 +322,15 @@ class Page:
             action("Stop", work.stop).mark("stop")
 
     def told(self, message: str) -> str:
-        """Say a message as on the command line; dropped files have no folder to name."""
+        """Show a message as on the command line; without the folder for dropped files."""
         return message.replace(f"{self.bench.folder}/", "")
 
 
 def plain_name(name: str, taken: Collection[str] = ()) -> str:
-    """Make a file name that any folder can hold of what a browser calls a file.
+    """Make a valid file name from the name that a browser sends.
 
-    Folders, control characters and leading dots go; a long one is cut, its suffix kept; a second
-    file of a name gets a number.
+    Folders, control characters and leading dots are removed; a long name is shortened with its
+    suffix kept; a second file of the same name gets a number.
     """
     last = re.split(r"[/\\]", name)[-1]
     last = "".join(c for c in last if c.isprintable()).strip().lstrip(".") or "recording.csv"

@@ -1,4 +1,4 @@
-"""What the panels of the page have in common: each is drawn from the bench when it has changed."""
+"""Common parts of the panels: each is redrawn when the state has changed."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def action(text: str, does: Callable[..., Any], *, main: bool = False) -> ui.but
 
 
 def field(text: str, kept_in: object, attribute: str, style: str) -> ui.input:
-    """Make an input whose text is kept in an attribute of an object."""
+    """Make an input whose text is stored in an attribute of an object."""
     made = ui.input(text).props("dense outlined stack-label").style(style)
     return made.bind_value(kept_in, attribute)
 
@@ -35,7 +35,7 @@ class Panel:
     shown : int or None
         Version of the bench that it shows.
     of_recordings : bool
-        Whether there is nothing to show without recordings.
+        Whether it needs recordings.
     """
 
     name = ""
@@ -49,11 +49,11 @@ class Panel:
         self.shown: object = None
 
     def state(self) -> object:
-        """What the panel depends on; it is drawn anew when this changes."""
+        """State on which the panel depends; it is redrawn when this changes."""
         return self.bench.version
 
     def update(self) -> None:
-        """Draw the panel when something has changed since."""
+        """Redraw the panel if something has changed."""
         state = self.state()
         if self.shown != state:
             self.shown = state
@@ -69,16 +69,16 @@ class Panel:
                 self.draw()
 
     def draw(self) -> None:
-        """Draw into the place."""
+        """Draw the content."""
         raise NotImplementedError
 
     @staticmethod
     def html(text: str) -> ui.html:
-        """Show markup of our own making."""
+        """Show trusted markup."""
         return ui.html(text, sanitize=False)
 
     def hint(self, text: str) -> None:
-        """Describe what is missing before there is anything to show."""
+        """Show a hint what is missing before there is content."""
         self.html(f'<p class="soft">{escape(text)}</p>')
 
     def figure(self, figure: Any) -> None:

@@ -1,4 +1,4 @@
-"""Residual plots of the current model, by which one sees whether the residual is noise."""
+"""Residual plots of the current model, which show whether the residual is noise."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from lostmotion.workbench.work import Work
 
 
 class PlotsPanel(Panel):
-    """The plots by which a residual is judged, of the model that is shown at the left."""
+    """Plots for judging the residual of the current model."""
 
     name, title = "plots", "Residual plots"
     of_recordings = True
@@ -22,7 +22,7 @@ class PlotsPanel(Panel):
         self.chosen = "time"
 
     def draw(self) -> None:
-        """Draw into the place."""
+        """Draw the panel."""
         if not installed():
             self.hint(NOT_INSTALLED)
             return

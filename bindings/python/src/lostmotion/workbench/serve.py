@@ -1,4 +1,4 @@
-"""The server of the workbench: on the loopback address, for who knows its token."""
+"""The server of the workbench, on the loopback address and protected by a token."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ it is drawn anew, and what was typed is lost."""
 
 
 def free_port(wanted: int | None) -> int:
-    """Give the port that is wanted, or the first that is free."""
+    """Return the requested port, or the first free one."""
     ports = [wanted] if wanted is not None else range(FIRST_PORT, FIRST_PORT + PORTS)
     for port in ports:
         with socket.socket() as probe, contextlib.suppress(OSError):
@@ -70,19 +70,19 @@ def serve(
     Parameters
     ----------
     drive, data, mapping
-        What to load at once; what cannot be read is refused before the page opens.
+        Data to load at once; unreadable files are refused before the page opens.
     effects : mapping
         Effects that may be missing: those of the library, and the user's own.
     join : {"nearest", "linear"}, optional
-        How columns of a ROS 2 bag with other stamps become rows.
+        Resampling of columns of a ROS 2 bag with different stamps.
     port : int, optional
         By default the first free one from `FIRST_PORT` on.
     show : bool
         Whether to open the browser.
     quiet : bool
-        Whether to keep the address to oneself; without a browser it is printed all the same.
+        Whether to suppress the address; without a browser it is always printed.
     roots : sequence of path
-        Folders that a design search may write into; by default the one at hand.
+        Folders that a design search may write to; by default the current one.
 
     Raises
     ------
@@ -125,7 +125,7 @@ def serve(
 
 @contextlib.contextmanager
 def hangup_as_termination() -> Iterator[None]:
-    """Let SIGHUP end the server as SIGTERM does, which the server knows how to take."""
+    """Make SIGHUP end the server like SIGTERM, which the server handles."""
     if not hasattr(signal, "SIGHUP") or signal.getsignal(signal.SIGHUP) == signal.SIG_IGN:
         yield
         return
@@ -139,8 +139,8 @@ def hangup_as_termination() -> Iterator[None]:
 def open_browser(address: str, port: int, folder: Path) -> None:
     """Open the page once the server listens.
 
-    By way of a file that nobody else can read: other users see the words of a command line, and
-    the address holds the token.
+    Through a file that only the user can read, because other users see command lines and the
+    address contains the token.
     """
     leads = folder / "workbench.html"
     leads.write_text(
@@ -161,7 +161,7 @@ def open_browser(address: str, port: int, folder: Path) -> None:
 
 
 def make_app(bench: Bench, work: Work, search: Search) -> None:
-    """Lay out the page and the links to the numbers behind its pictures."""
+    """Register the page and the links to data and figures."""
 
     @ui.page("/")
     def page() -> None:

@@ -1,4 +1,4 @@
-"""Work beside the page: one piece at a time in a thread, with progress, and it can be stopped."""
+"""Background work: one task at a time in a thread, with progress and stop."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ class StoppedError(Exception):
 
 
 class Work:
-    """What is being done.
+    """State of the background work.
 
     Attributes
     ----------
     label : str
-        What the work is; empty when there is none.
+        Name of the task; empty if there is none.
     share : float
-        How much of it is done, 0 to 1.
+        Completed share, 0 to 1.
     message : str
-        What the last piece of work had to say: nothing, or why it ended without a result.
+        Message of the last task: empty, or why it ended without a result.
     version : int
-        Grows with every change.
+        Incremented with every change.
     """
 
     def __init__(self) -> None:
@@ -47,7 +47,7 @@ class Work:
 
     @property
     def stopping(self) -> bool:
-        """Whether a stop was requested that has not been reached yet."""
+        """Whether a requested stop is still pending."""
         return self.busy and self._stop.is_set()
 
     def say(self, message: str) -> None:
@@ -56,19 +56,19 @@ class Work:
         self.version += 1
 
     def tick(self, done: int, steps: int) -> None:
-        """Take note of progress; raises `StoppedError` where a stop was requested."""
+        """Record progress; raises `StoppedError` if a stop was requested."""
         if self._stop.is_set():
             raise StoppedError
         self.share = done / max(steps, 1)
         self.version += 1
 
     def stop(self) -> None:
-        """Ask the work to stop; it does at its next step."""
+        """Request a stop; the task stops at its next step."""
         self._stop.set()
         self.version += 1
 
     def start(self, label: str, task: Callable[[], None]) -> Future[None] | None:
-        """Start a piece of work; None while another is going on."""
+        """Start a task; None while another is running."""
         if self.busy:
             return None
         self.label, self.share, self.message = label, 0.0, ""
