@@ -402,6 +402,35 @@ def test_time_stamps_that_repeat_or_go_back_are_counted_and_kept(write: Write) -
     assert kinds(campaign) == {"duplicate_time": 1, "backward_time": 1, "gap": 1}
 
 
+def test_rows_that_repeat_another_in_every_column_count_once(write: Write) -> None:
+    rows = [f"{i},{i % 3},{i}\n" for i in range(8)]
+    campaign = read_campaign(write(f"{HEAD}\n" + "".join(rows + rows[2:6]), "a.csv"))
+    assert campaign.rows == 8
+    assert kinds(campaign) == {"duplicate_time": 4}
+
+
+def test_equal_rows_of_a_clock_coarser_than_the_samples_are_kept(write: Write) -> None:
+    text = f"{HEAD}\n" + "".join(f"{i // 4},{i // 2},{i // 2}\n" for i in range(16))
+    campaign = read_campaign(write(text, "a.csv"))
+    assert campaign.rows == 16
+
+
+def test_a_folder_of_more_recordings_than_a_campaign_has_is_refused(tmp_path: Path) -> None:
+    for i in range(2_001):
+        (tmp_path / f"{i}.csv").touch()
+    with pytest.raises(InputError, match="found 2001 recordings, expected 2000 at most"):
+        read_campaign(tmp_path)
+
+
+@pytest.mark.parametrize(("back", "found"), [(0.06, {"clock": 1}), (0.02, {})])
+def test_a_regular_clock_that_is_set_back_by_less_than_a_step_is_reported(
+    write: Write, back: float, found: dict[str, int]
+) -> None:
+    times = [0.1 * i - back * (i >= 70) for i in range(120)]
+    text = f"{HEAD}\n" + "".join(f"{t:.3f},{i % 7},{i}\n" for i, t in enumerate(times))
+    assert kinds(read_campaign(write(text, "a.csv"))) == found
+
+
 def test_a_clock_that_starts_again_with_each_run_is_no_fault(write: Write) -> None:
     text = f"run,{HEAD}\n" + "".join(f"{i // 4},{i % 4},{i},{i}\n" for i in range(8))
     assert read_campaign(write(text, "a.csv")).findings == []

@@ -62,8 +62,8 @@ OTHER_SUFFIXES = (
 """File names that are no texts with separators; others are read where they are given by name."""
 
 RUNS_MAX = 2_000
-"""Runs of a file at most. Chosen: a day and more of loops of a minute; a column with more labels
-counts something else, and every run is judged alone."""
+"""Runs of a file at most, and files of a campaign. Chosen: a day and more of loops of a minute; a
+column with more labels counts something else, and every run is judged alone."""
 
 LABEL_MAX = 200
 """Characters of the label of a run."""
@@ -177,7 +177,11 @@ def read_campaign(
         return campaign_of_table(paths, ratio=ratio, mapping=mapping, protocol=protocol)
     if isinstance(paths, (str, Path)):
         paths = [paths]
+    paths = list(paths)
     files = recording_files(paths)
+    if len(files) > RUNS_MAX:
+        expected = f"{RUNS_MAX} at most, or --dask where a command has it"
+        raise InputError(paths[0], "", f"{len(files)} recordings", expected)
     check_map(files, mapping or {})
     findings: list[Finding] = []
     runs: list[Run] = []

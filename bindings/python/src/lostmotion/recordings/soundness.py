@@ -55,6 +55,16 @@ GAP_FACTOR = 10.0
 
 DUPLICATE_ACTION = "kept in file order"
 
+COPIED_ACTION = "rows that repeat another one in every column; counted once"
+
+REGULAR = (0.01, 0.1)
+"""A clock is regular where all but this share of its steps are within this share of the usual one:
+loggers that wait between readings jitter by some hundredths."""
+
+EARLY_SHARE = 0.5
+"""A step of a regular clock below this share of the usual one is none of its own: nearer to no step
+than to one."""
+
 BACKWARD_ACTION = "kept in file order; if another recording begins there, mark it in a column run"
 """What is done about time that goes back, and what it usually is."""
 
@@ -108,6 +118,10 @@ def sound_run(
         findings.append(Finding("wild", file, column, label, count, action, seconds))
         misread |= rows
     usable &= ~misread
+    copied = copied_rows(columns, usable)
+    if copied.any():
+        note("duplicate_time", "time_s", int(np.count_nonzero(copied)), COPIED_ACTION)
+        usable &= ~copied
     # Over all other rows: where some are left out, a step is longer than the encoder made it.
     log = Log(columns, np.flatnonzero(usable))
     columns = dict(columns)
@@ -122,18 +136,55 @@ def sound_run(
         backward = int(np.count_nonzero(step < 0))
         usual = float(np.median(step[step > 0])) if np.any(step > 0) else 0.0
         gaps = int(np.count_nonzero(step > GAP_FACTOR * usual)) if usual > 0 else 0
+        early = early_steps(step, usual)
         if duplicates:
             note("duplicate_time", "time_s", duplicates, DUPLICATE_ACTION)
         if backward:
             note("backward_time", "time_s", backward, BACKWARD_ACTION)
         if gaps:
             note("gap", "time_s", gaps, f"steps above {GAP_FACTOR * usual:.3g} s, kept")
+        if early:
+            note(
+                "clock",
+                "time_s",
+                early,
+                f"steps below {EARLY_SHARE * usual:.3g} s where nearly all are {usual:.3g} s: "
+                "the clock was set back, or a row came early; kept",
+            )
     if "lost_motion" not in columns:
         assert ratio is not None
         columns["lost_motion"] = columns["output_angle"] - columns["input_angle"] / ratio
     for quantity, count in stuck_sensors(columns, ratio).items():
         note("stuck", QUANTITIES[quantity].column, count, "kept; looks like a dead sensor")
     return Run(label, file, columns, log=log)
+
+
+def copied_rows(
+    columns: Mapping[str, FloatArray], usable: npt.NDArray[np.bool_]
+) -> npt.NDArray[np.bool_]:
+    """Mark the rows that repeat an earlier one in every column: one sample, written again.
+
+    Where samples that differ have one stamp the clock is coarse, and rows that are the same may be
+    samples of a drive at rest.
+    """
+    time_s, copied = columns["time"], np.zeros(usable.size, dtype=bool)
+    rows = np.flatnonzero(usable)
+    order = rows[np.argsort(time_s[rows], kind="stable")]
+    again = time_s[order[1:]] == time_s[order[:-1]]
+    first, second = order[:-1][again], order[1:][again]
+    if all(np.array_equal(v[first], v[second], equal_nan=True) for v in columns.values()):
+        copied[second] = True
+    return copied
+
+
+def early_steps(step_s: FloatArray, usual_s: float) -> int:
+    """Count the steps of a regular clock that are much shorter than the usual one."""
+    forward = step_s[step_s > 0]
+    share, within = REGULAR
+    irregular = np.abs(forward - usual_s) > within * usual_s
+    if np.count_nonzero(irregular) > share * forward.size:
+        return 0
+    return int(np.count_nonzero(forward < EARLY_SHARE * usual_s))
 
 
 def misreadings(
