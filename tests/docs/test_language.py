@@ -1,4 +1,4 @@
-"""What people read is in the words of the glossary: its second column is not used.
+"""What people read is in the words of the glossary, and pages avoid a list of idioms.
 
 The words are looked for in the pages, in every string of several words, docstring and comment; what
 stands between backquotes is a name.
@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 
 import pytest
-from prose import Passage, files, passages
+from prose import FENCED, QUOTED, Passage, blanked, files, passages
 
 REPLACED = {
     "torsion curve": r"(?-i:\bbackbones?\b)(?! :|\(|, elastic)|\bcharacteristics?\b(?!\.h)",
@@ -36,6 +36,23 @@ REPLACED = {
 }
 """Pattern of what is not said, by what is said instead."""
 
+IDIOMS = {
+    "states it": r"\bsays? so\b",
+    "is accepted": r"\bwill do\b",
+    "within": r"\bin (its|the) midst\b",
+    "assumes": r"\btakes? for granted\b",
+    "oscillates": r"\bto and fro\b",
+    "includes": r"\b(brings?|takes?) along\b",
+    "states, contains": r"\b(answer|data|drive|file|model|page|recording|run|sheet)s? "
+    r"(says?|knows?|tells?|wants?|remembers?)\b",
+    "is not recorded, is unknown": r"\bnobody\b",
+    "states to": r"\b(is|are) told\b|\btold by\b",
+    "is": r"\bstands? (above|as|at|behind|below|beside|here|in|on|there)\b",
+    "continues": r"\bgo(es)? on\b",
+    "reverses": r"\bturn(s|ed)? round\b",
+}
+"""Pattern of an idiom that pages do not use, by what they say instead."""
+
 DEFINED = {
     "tests/docs/test_language.py": "the words themselves",
     "CHANGELOG.md": "what earlier versions printed",
@@ -45,6 +62,8 @@ DEFINED = {
 WORDS = {term: re.compile(found, re.IGNORECASE) for term, found in REPLACED.items()}
 
 FILES = files()
+
+PAGES = [file for file in FILES if file.suffix == ".md"]
 
 
 def on_one_line(text: str) -> str:
@@ -70,6 +89,33 @@ def test_the_second_column_of_the_glossary_is_used_nowhere() -> None:
         for said in said_otherwise(passage)
     ]
     assert not found, "\n".join(found)
+
+
+def idioms(text: str) -> list[str]:
+    """Return the idioms of a page's own prose, with what is said instead."""
+    prose = blanked(FENCED.sub("", text), QUOTED)
+    return [
+        f"{' '.join(found[0].split())!r}: say {said!r}"
+        for said, pattern in IDIOMS.items()
+        for found in re.finditer(pattern, on_one_line(prose), re.IGNORECASE)
+    ]
+
+
+def test_pages_use_no_idioms_of_the_list() -> None:
+    found = [f"{page}: {said}" for page in PAGES for said in idioms(page.read_text("utf-8"))]
+    assert not found, "\n".join(found)
+
+
+@pytest.mark.parametrize(
+    "sentence",
+    [
+        "It is an estimate, and every answer says so.",
+        "Any unit of the dimension will do.",
+        "The table stands in the file, and the drive file knows it.",
+    ],
+)
+def test_an_idiom_of_the_list_is_found(sentence: str) -> None:
+    assert idioms(sentence)
 
 
 @pytest.mark.parametrize(
