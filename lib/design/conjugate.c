@@ -6,15 +6,15 @@
 
 /* Rates of a tooth's motion by central differences: third order of a smooth wave leaves 1e-6 of
  * them (float32: 2e-5, about its rounding), which moves the maximum by as much and its value by the
- * square. The search for the maximum ends where a step no longer counts in the value. A point on
- * the edge of the land, but for rounding, still has the flank's tangent. */
+ * square. The search for the maximum ends where a step no longer counts in the value nor in its
+ * derivatives. A point on the edge of the land, but for rounding, still has the flank's tangent. */
 #if LM_REAL_BITS == 32
 #define RATE_STEP LM_REAL(4e-3)
 #define CLIMB_END LM_REAL(1e-3)
 #define LAND_SLACK LM_REAL(1e-3)
 #else
 #define RATE_STEP LM_REAL(1e-3)
-#define CLIMB_END LM_REAL(1e-7)
+#define CLIMB_END LM_REAL(1e-9)
 #define LAND_SLACK LM_REAL(1e-7)
 #endif
 
@@ -29,18 +29,19 @@
 #define NODES 28
 #define SCAN_EVERY 4
 
-/* Every corner has its place. */
-typedef char
-    corners_suffice[2 * LM_CONJUGATE_CORNERS_MAX >= LM_CONJUGATE_INTERVALS_MAX - NODES ? 1 : -1];
-
-/* Bisections of a corner's place, until the straight line across it is off by less than this,
- * modules.
- */
+/* Steps towards a corner's place, until the tangents of both sides cross within this share of the
+ * flank's height, which leaves 1e-7 modules in the cubics beside it, or the straight line between
+ * both sides is off by less than that many modules. A corner keeps that share of the interval that
+ * it divides from both ends of it. */
 #define CORNER_STEPS 14
 #if LM_REAL_BITS == 32
+#define CORNER_SHARE LM_REAL(1e-4)
 #define CORNER_MODULES LM_REAL(2e-6)
+#define CORNER_MARGIN LM_REAL(1e-3)
 #else
+#define CORNER_SHARE LM_REAL(3e-5)
 #define CORNER_MODULES LM_REAL(2e-7)
+#define CORNER_MARGIN LM_REAL(1e-6)
 #endif
 
 /* Maxima further apart than this belong to different zones. */
@@ -157,8 +158,9 @@ static lm_flank_foot foot_on(const generation *g, const lm_placement *place, lm_
 typedef struct maker {
   lm_real angle; /* material angle of the tooth */
   lm_real theta;
-  lm_real slope; /* of theta by the radius */
-  lm_real bend;  /* slope of the slope by the angle, on the radius; 0: not known */
+  lm_real slope;   /* of theta by the radius */
+  lm_real bend;    /* slope of the slope by the angle, on the radius; 0: not known */
+  lm_real foot_mm; /* parameter of the flexspline's flank */
   lm_contact_part part;
   int piece; /* of the flexspline's flank */
   int rival; /* another zone comes near, where all maxima were looked for */
@@ -179,6 +181,7 @@ static maker make_here(const generation *g, const motion *m, lm_real angle, lm_r
   found.theta = p.theta_rad + p.theta_u / p.radius_u * (radius - p.radius_mm);
   found.slope = p.theta_u / p.radius_u;
   found.bend = LM_REAL(0);
+  found.foot_mm = foot.radius_mm;
   found.part = LM_PART_FLANK;
   found.piece = 0;
   found.rival = 0;
@@ -206,6 +209,7 @@ static maker tip_on(const generation *g, lm_real angle, lm_real radius, lm_real 
   found.theta = p.theta_rad;
   found.slope = p.theta_phi / p.radius_phi;
   found.bend = LM_REAL(0);
+  found.foot_mm = g->tip.radius_mm;
   found.part = LM_PART_TIP;
   found.piece = g->flank->joints + 1;
   found.rival = 0;
@@ -270,6 +274,9 @@ static maker climb(const generation *g, lm_real angle, lm_real radius, lm_real b
     at.bend = chord;
     step = next_step(slope, chord, SCAN_STEP / LM_REAL(2));
   }
+  /* What the last step would have gained, so that the derivatives by the dimensions of the drive
+   * are those of the maximum as well. */
+  at.theta += LM_REAL(0.5) * slope * step;
   return at;
 }
 
@@ -318,6 +325,7 @@ static maker scan_radius(const generation *g, lm_real radius) {
   best.angle = LM_REAL(0);
   best.slope = LM_REAL(0);
   best.bend = LM_REAL(0);
+  best.foot_mm = LM_REAL(0);
   best.part = LM_PART_FLANK;
   best.piece = 0;
   rivals = 0;
@@ -364,10 +372,12 @@ static maker find_between(const generation *g, const maker *a, const maker *b, l
              : scan_radius(g, radius);
 }
 
-/* A table in the making, with what makes the flank at each node. */
+/* A table in the making, with what makes the flank on both sides of each node: towards the top, and
+ * away from it. They differ at a corner. */
 typedef struct draft {
   const generation *g;
   lm_conjugate table;
+  maker reached[LM_CONJUGATE_INTERVALS_MAX + 1];
   maker node[LM_CONJUGATE_INTERVALS_MAX + 1];
 } draft;
 
@@ -389,11 +399,12 @@ static void first_node(draft *d, lm_real place, const maker *at) {
   d->table.corners = 0;
   d->table.place[0] = place;
   d->table.half_angle_rad[0] = at->theta;
+  d->reached[0] = *at;
   d->node[0] = *at;
 }
 
-/* The next node, reached from the last one by what makes the flank on this side of it. */
-static void add_node(draft *d, lm_real place, const maker *to) {
+/* The next node: what makes the flank between the last one and it, and beyond it. */
+static void add_node(draft *d, lm_real place, const maker *to, const maker *beyond) {
   lm_conjugate *c = &d->table;
   const int i = c->intervals;
   c->place[i + 1] = place;
@@ -401,62 +412,107 @@ static void add_node(draft *d, lm_real place, const maker *to) {
   c->slope_low[i] = by_place(c, &d->node[i], c->place[i]);
   c->slope_high[i] = by_place(c, to, place);
   c->intervals = i + 1;
-  d->node[i + 1] = *to;
+  d->reached[i + 1] = *to;
+  d->node[i + 1] = *beyond;
+  if (!same_maker(to, beyond)) {
+    c->corner_mm[c->corners] = radius_at(c, place);
+    c->corners++;
+  }
 }
+
+/* A place where another part of the flank, or another zone, takes over, with what makes the flank
+ * on both sides of it. */
+typedef struct corner {
+  lm_real place;
+  maker before;
+  maker after;
+} corner;
 
 /* Whether the chord between two places may miss the flank by more than that counts: its own slope
  * differs from those at the ends. */
-static int is_open(const draft *d, const maker *a, lm_real from, const maker *b, lm_real to) {
+static int is_open(const draft *d, const corner *side) {
   const lm_conjugate *c = &d->table;
-  const lm_real width = to - from;
-  const lm_real rise = b->theta - a->theta;
-  return (real_fabs(by_place(c, a, from) * width - rise) +
-          real_fabs(by_place(c, b, to) * width - rise)) *
+  const lm_real width = side[1].place - side[0].place;
+  const lm_real rise = side[1].after.theta - side[0].before.theta;
+  return (real_fabs(by_place(c, &side[0].before, side[0].place) * width - rise) +
+          real_fabs(by_place(c, &side[1].after, side[1].place) * width - rise)) *
              c->top_mm >
          LM_REAL(4) * CORNER_MODULES * d->g->geometry->module_mm;
 }
 
-/* A corner between the last node and another one: the place where another part of the flank, or
- * another zone, takes over; narrowed down to two nodes a hair apart. */
-static void add_corner(draft *d, const maker *b, lm_real b_place) {
-  lm_conjugate *c = &d->table;
-  const maker a = last_node(d);
-  lm_real from = last_place(d);
-  lm_real to = b_place;
-  maker first = a;
-  maker second = *b;
+/* From a place to where the tangents of both sides cross. */
+static lm_real to_crossing(const lm_conjugate *c, const corner *at) {
+  return (at->after.theta - at->before.theta) /
+         (by_place(c, &at->before, at->place) - by_place(c, &at->after, at->place));
+}
+
+/* Between the last node and another one. Two zones, or the tip and the flank, have each a maximum
+ * on both sides of the corner: Newton on the difference of both. Where a joint of the flank passes
+ * there is one maximum, and the place is halved down. */
+static corner find_corner(const draft *d, const maker *b, lm_real b_place) {
+  const lm_conjugate *c = &d->table;
+  const lm_real margin = CORNER_MARGIN * (b_place - last_place(d));
+  corner side[2];
+  corner at;
+  lm_real next;
   int i;
-  for (i = 0; i < CORNER_STEPS && is_open(d, &first, from, &second, to); i++) {
-    const lm_real middle = (from + to) / LM_REAL(2);
-    const maker found = between(d->g, &first, &second, LM_REAL(0.5), radius_at(c, middle));
-    if (same_maker(&found, &a)) {
-      from = middle;
-      first = found;
+  side[0].place = last_place(d);
+  side[0].before = last_node(d);
+  side[1].place = b_place;
+  side[1].after = *b;
+  next = (side[0].place + side[1].place) / LM_REAL(2);
+  for (i = 0; i < CORNER_STEPS && is_open(d, side); i++) {
+    int below;
+    at.place = next;
+    at.before = climb(d->g, side[0].before.angle, radius_at(c, next), side[0].before.bend);
+    at.after = climb(d->g, side[1].after.angle, radius_at(c, next), side[1].after.bend);
+    below = at.after.theta > at.before.theta ? same_maker(&at.after, &side[0].before)
+                                             : same_maker(&at.before, &side[0].before);
+    next = at.place;
+    if (same_maker(&at.after, &side[0].before) && same_maker(&at.after, &side[1].after)) {
+      at.before = at.after;
+      return at; /* one zone that moves fast: a node between both */
+    }
+    if (!same_maker(&at.before, &at.after)) {
+      next += to_crossing(c, &at);
+      if (real_fabs(next - at.place) < CORNER_SHARE && next > last_place(d) + margin &&
+          next < b_place - margin) {
+        at.before.theta += by_place(c, &at.before, at.place) * (next - at.place);
+        at.after.theta = at.before.theta;
+        at.place = next;
+        return at;
+      }
+    }
+    if (below) {
+      side[0].place = at.place;
+      side[0].before = at.after.theta > at.before.theta ? at.after : at.before;
     } else {
-      to = middle;
-      second = found;
+      side[1].place = at.place;
+      side[1].after = at.after.theta > at.before.theta ? at.after : at.before;
+    }
+    if (!(next > side[0].place && next < side[1].place)) {
+      next = (side[0].place + side[1].place) / LM_REAL(2);
     }
   }
-  add_node(d, from, &first);
-  add_node(d, to, &second);
-  c->slope_high[c->intervals - 1] =
-      (second.theta - first.theta) / (to - from); /* across the corner: straight */
-  c->slope_low[c->intervals - 1] = c->slope_high[c->intervals - 1];
-  c->corner_mm[c->corners] = radius_at(c, to);
-  c->corners++;
+  at.place = side[1].place < b_place ? side[1].place : b_place - margin;
+  at.before = side[0].before;
+  at.after = side[1].after;
+  at.after.theta -= by_place(c, &at.after, at.place) * (side[1].place - at.place);
+  at.before.theta = at.after.theta;
+  return at;
 }
 
 /* From the last node to another one, over the corners between them as long as there is room for
  * `rest` more intervals. */
-static void add_piece(draft *d, const maker *b, lm_real b_place, int rest) {
+static void add_piece(draft *d, const maker *b, lm_real b_place, const maker *beyond, int rest) {
   maker a = last_node(d);
-  while (!same_maker(&a, b) && d->table.intervals + 3 + rest <= LM_CONJUGATE_INTERVALS_MAX) {
-    add_corner(d, b, b_place);
+  while (!same_maker(&a, b) && d->table.intervals + 2 + rest <= LM_CONJUGATE_INTERVALS_MAX &&
+         d->table.corners + 1 < LM_CONJUGATE_CORNERS_MAX) {
+    const corner at = find_corner(d, b, b_place);
+    add_node(d, at.place, &at.before, &at.after);
     a = last_node(d);
   }
-  if (b_place > last_place(d)) { /* no corner lies on it */
-    add_node(d, b_place, b);
-  }
+  add_node(d, b_place, b, beyond);
 }
 
 /* --- intervals in which a cubic misses the flank -------------------------------------------------
@@ -471,7 +527,13 @@ static lm_real cubic(lm_real width, lm_real x, lm_real low, lm_real slope_low, l
 
 static int is_smooth(const draft *d, int interval) {
   return interval >= 0 && interval < d->table.intervals &&
-         same_maker(&d->node[interval], &d->node[interval + 1]);
+         same_maker(&d->node[interval], &d->reached[interval + 1]);
+}
+
+/* Whether the intervals that meet in a node are smooth, and smooth across it. */
+static int is_smooth_across(const draft *d, int node) {
+  return is_smooth(d, node - 1) && is_smooth(d, node) &&
+         same_maker(&d->reached[node], &d->node[node]);
 }
 
 /* How far the cubic over both intervals that meet in a node misses it, modules. The error grows
@@ -494,21 +556,21 @@ static lm_real missed_at(const draft *d, int node) {
 
 static int is_doubtful(const draft *d, int interval) {
   const lm_real allowed = WIDER_ERROR * MISSED_MODULES;
-  if (!is_smooth(d, interval)) {
-    return 0;
+  const int before = is_smooth_across(d, interval);
+  const int after = is_smooth_across(d, interval + 1);
+  if (!before && !after) { /* between two corners: nothing to compare with */
+    return is_smooth(d, interval);
   }
-  if (!is_smooth(d, interval - 1) && !is_smooth(d, interval + 1)) {
-    return 1; /* between two corners: nothing to compare with */
-  }
-  return (is_smooth(d, interval - 1) && missed_at(d, interval) > allowed) ||
-         (is_smooth(d, interval + 1) && missed_at(d, interval + 1) > allowed);
+  return (before && missed_at(d, interval) > allowed) ||
+         (after && missed_at(d, interval + 1) > allowed);
 }
 
 /* Halves until the cubic meets the middle, twice at most. A zone that is greatest nowhere else may
  * stand behind the doubt, so all are looked for. */
 #define HALVINGS 2
 
-static void add_halves(draft *d, const maker *b, lm_real b_place, int rest, int halvings) {
+static void add_halves(draft *d, const maker *b, lm_real b_place, const maker *beyond, int rest,
+                       int halvings) {
   lm_conjugate *c = &d->table;
   const maker a = last_node(d);
   const lm_real a_place = last_place(d);
@@ -517,7 +579,7 @@ static void add_halves(draft *d, const maker *b, lm_real b_place, int rest, int 
   maker middle;
   lm_real missed;
   if (c->intervals + 2 + rest > LM_CONJUGATE_INTERVALS_MAX) {
-    add_piece(d, b, b_place, rest);
+    add_piece(d, b, b_place, beyond, rest);
     return;
   }
   middle = scan_radius(d->g, radius_at(c, place));
@@ -525,22 +587,15 @@ static void add_halves(draft *d, const maker *b, lm_real b_place, int rest, int 
                  by_place(c, b, b_place)) -
            middle.theta;
   if (halvings > 1 && real_fabs(missed) * c->top_mm > MISSED_MODULES * d->g->geometry->module_mm) {
-    add_halves(d, &middle, place, rest + 1, halvings - 1);
-    add_halves(d, b, b_place, rest, halvings - 1);
+    add_halves(d, &middle, place, &middle, rest + 1, halvings - 1);
+    add_halves(d, b, b_place, beyond, rest, halvings - 1);
   } else {
-    add_piece(d, &middle, place, rest + 1);
-    add_piece(d, b, b_place, rest);
+    add_piece(d, &middle, place, &middle, rest + 1);
+    add_piece(d, b, b_place, beyond, rest);
   }
 }
 
-static void copy_interval(draft *d, const draft *rough, int interval) {
-  const int i = d->table.intervals;
-  add_node(d, rough->table.place[interval + 1], &rough->node[interval + 1]);
-  d->table.slope_low[i] = rough->table.slope_low[interval];
-  d->table.slope_high[i] = rough->table.slope_high[interval];
-}
-
-/* The same table with the doubtful intervals halved. Corners keep their order. */
+/* The same table with the doubtful intervals halved. */
 static void refine(const draft *rough, draft *d) {
   int k;
   d->g = rough->g;
@@ -548,17 +603,13 @@ static void refine(const draft *rough, draft *d) {
   d->table.top_mm = rough->table.top_mm;
   first_node(d, rough->table.place[0], &rough->node[0]);
   for (k = 0; k < rough->table.intervals; k++) {
-    const int rest = rough->table.intervals - k - 1;
+    const maker *to = &rough->reached[k + 1];
+    const maker *beyond = &rough->node[k + 1];
+    const lm_real place = rough->table.place[k + 1];
     if (is_doubtful(rough, k)) {
-      add_halves(d, &rough->node[k + 1], rough->table.place[k + 1], rest, HALVINGS);
+      add_halves(d, to, place, beyond, rough->table.intervals - k - 1, HALVINGS);
     } else {
-      copy_interval(d, rough, k);
-      if (d->table.corners < rough->table.corners &&
-          rough->table.corner_mm[d->table.corners] ==
-              radius_at(&rough->table, rough->table.place[k + 1])) {
-        d->table.corner_mm[d->table.corners] = rough->table.corner_mm[d->table.corners];
-        d->table.corners++;
-      }
+      add_node(d, place, to, beyond);
     }
   }
 }
@@ -634,7 +685,7 @@ lm_status lm_make_conjugate(const lm_flank *flank, const lm_geometry *geometry,
       const maker here =
           i < SCAN_EVERY ? find_between(&g, &before, &after, share, radius_at(&rough.table, place))
                          : after;
-      add_piece(&rough, &here, place, NODES - (block * SCAN_EVERY + i));
+      add_piece(&rough, &here, place, &here, NODES - (block * SCAN_EVERY + i));
     }
   }
   refine(&rough, &fine);

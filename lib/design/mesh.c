@@ -157,11 +157,10 @@ static flank_point interior_minimum(const flank_pair *pair, const flank_point *l
  */
 
 /* Newton from a first guess, kept between the ends of the flank; the flank is nearly radial: three
- * steps leave rounding, two 1e-6 modules. */
+ * steps leave rounding. */
 #define RADIUS_STEPS 3
-#define CORNER_STEPS 2
 
-static lm_flank_foot foot_on_radius(const flank_pair *pair, lm_real target, int steps) {
+static lm_flank_foot foot_on_radius(const flank_pair *pair, lm_real target) {
   const lm_flank *flank = &pair->mesh->flank;
   const lm_real c = pair->place.tilt_cos;
   const lm_real s = pair->place.tilt_sin;
@@ -175,7 +174,7 @@ static lm_flank_foot foot_on_radius(const flank_pair *pair, lm_real target, int 
     parameter = parameter < flank->low_mm ? flank->low_mm : parameter;
     parameter = parameter > flank->high_mm ? flank->high_mm : parameter;
     foot = lm_evaluate_flank(flank, parameter);
-    if (i == steps) {
+    if (i == RADIUS_STEPS) {
       return foot;
     }
     place_foot(pair, &foot, &along, &across);
@@ -187,7 +186,7 @@ static lm_flank_foot foot_on_radius(const flank_pair *pair, lm_real target, int 
 }
 
 static flank_point general_on_radius(const flank_pair *pair, lm_real target) {
-  const lm_flank_foot foot = foot_on_radius(pair, target, RADIUS_STEPS);
+  const lm_flank_foot foot = foot_on_radius(pair, target);
   return evaluate_foot(pair, &foot);
 }
 
@@ -202,57 +201,59 @@ static lm_real bracket_floor(const flank_point *low, const flank_point *high) {
   return from_low < from_high ? from_low : from_high;
 }
 
-/* Within a bracket whose slopes enclose a minimum: regula falsi with the Illinois correction, which
- * closes in on a smooth minimum, in turn with the point where both ends' tangents cross, which
- * finds a corner of a conjugate flank, until the bracket can hold nothing lower that counts. Then
- * the parabola of the last chord of slopes, whose minimum has the right derivatives by the
- * dimensions of the drive; at a corner there is none and the lowest point stays. */
-#define FLOOR_RAD LM_REAL(1e-9)
-#define BRACKET_STEPS 12
+/* Within a bracket whose slopes enclose a smooth minimum: the minimum of the cubic through both
+ * ends and slopes replaces one of them, until the parabola there can gain nothing that counts. Its
+ * last gain is added, which gives the minimum the right derivatives by the dimensions of the drive.
+ */
+#if LM_REAL_BITS == 32
+#define GAIN_RAD LM_REAL(1e-8)
+#else
+#define GAIN_RAD LM_REAL(1e-14)
+#endif
+#define BRACKET_STEPS 8
 
 static flank_point bracketed_minimum(const flank_pair *pair, const flank_point *low,
                                      const flank_point *high) {
   flank_point a = *low;
   flank_point b = *high;
-  flank_point best = low->gap_rad < high->gap_rad ? *low : *high;
-  lm_real slope_a = a.gap_slope;
-  lm_real slope_b = b.gap_slope;
+  flank_point middle;
   lm_real step;
-  int side = 0;
   int i;
-  for (i = 0; i < BRACKET_STEPS && best.gap_rad - bracket_floor(&a, &b) > FLOOR_RAD; i++) {
-    const int crossing = i % 2 == 1;
-    const lm_real at =
-        crossing ? a.foot_mm + (b.gap_rad - a.gap_rad - b.gap_slope * (b.foot_mm - a.foot_mm)) /
-                                   (a.gap_slope - b.gap_slope)
-                 : (a.foot_mm * slope_b - b.foot_mm * slope_a) / (slope_b - slope_a);
-    flank_point middle;
-    if (!(at > a.foot_mm && at < b.foot_mm)) {
-      continue;
-    }
-    middle = evaluate_flank(pair, at);
-    if (middle.gap_rad < best.gap_rad) {
-      best = middle;
+  for (i = 0;; i++) {
+    const lm_real width = b.foot_mm - a.foot_mm;
+    const lm_real bend = LM_REAL(3) * (a.gap_rad - b.gap_rad) / width + a.gap_slope + b.gap_slope;
+    const lm_real root = real_sqrt(bend * bend - a.gap_slope * b.gap_slope);
+    middle = evaluate_flank(pair, b.foot_mm - width * (b.gap_slope + root - bend) /
+                                                  (b.gap_slope - a.gap_slope + LM_REAL(2) * root));
+    step = -middle.gap_slope * width / (LM_REAL(2) * root); /* over the cubic's curvature there */
+    if (i == BRACKET_STEPS || real_fabs(middle.gap_slope * step) <= GAIN_RAD) {
+      break;
     }
     if (middle.gap_slope < LM_REAL(0)) {
       a = middle;
-      slope_a = middle.gap_slope;
-      slope_b = side == -1 ? slope_b / LM_REAL(2) : slope_b;
-      side = -1;
     } else {
       b = middle;
-      slope_b = middle.gap_slope;
-      slope_a = side == 1 ? slope_a / LM_REAL(2) : slope_a;
-      side = 1;
     }
   }
-  step = best.gap_slope * (a.foot_mm - b.foot_mm) / (b.gap_slope - a.gap_slope);
-  if (-best.gap_slope * step <= LM_REAL(2) * FLOOR_RAD) {
-    best.foot_mm += step;
-    best.radius_mm += best.radius_slope * step;
-    best.gap_rad += LM_REAL(0.5) * best.gap_slope * step;
-  }
-  return best;
+  middle.foot_mm += step;
+  middle.radius_mm += middle.radius_slope * step;
+  middle.gap_rad += LM_REAL(0.5) * middle.gap_slope * step;
+  return middle;
+}
+
+/* Where a corner of the rigid flank touches: its tangents on both sides cross there. In contact it
+ * has the direction of the flank that it touches, between those of its sides. */
+static flank_point touch_corner(const flank_point *low, const flank_point *high) {
+  const lm_real turn = low->gap_slope - high->gap_slope;
+  const lm_real share = low->gap_slope / turn;
+  const lm_real step =
+      (high->gap_rad - low->gap_rad - high->gap_slope * (high->foot_mm - low->foot_mm)) / turn;
+  flank_point tip = *low;
+  tip.foot_mm += step;
+  tip.radius_mm += low->radius_slope * step;
+  tip.gap_rad += low->gap_slope * step;
+  tip.flank_angle_rad += share * (high->flank_angle_rad - low->flank_angle_rad);
+  return tip;
 }
 
 /* Distance of the samples on a piece of the flank, at most, modules; chosen: of 200 random drives
@@ -263,87 +264,126 @@ static flank_point bracketed_minimum(const flank_pair *pair, const flank_point *
 /* The most pieces that a flank falls into. */
 #define PIECES_MAX (LM_FLANK_JOINTS_MAX + LM_CONJUGATE_CORNERS_MAX + 2)
 
-static int insert_end(lm_real end[], int count, lm_real parameter_mm) {
+/* An end of a piece of the flexspline's flank; at a corner of the rigid one the slope jumps. */
+typedef struct piece_end {
+  lm_real foot_mm;
+  int is_corner;
+} piece_end;
+
+/* Samples on both sides of a corner stand this far from it, so that rounding does not choose the
+ * side. */
+#if LM_REAL_BITS == 32
+#define ASIDE_MODULES LM_REAL(1e-3)
+#else
+#define ASIDE_MODULES LM_REAL(1e-6)
+#endif
+
+static int insert_corner(piece_end end[], int count, lm_real foot_mm) {
   int i = count;
-  for (; i > 0 && end[i - 1] > parameter_mm; i--) {
+  for (; i > 0 && end[i - 1].foot_mm > foot_mm; i--) {
     end[i] = end[i - 1];
   }
-  end[i] = parameter_mm;
+  end[i].foot_mm = foot_mm;
+  end[i].is_corner = 1;
   return count + 1;
 }
 
 /* Ends of the pieces of the flexspline's flank by rising parameter: its joints, where it passes the
- * corners and the end of a conjugate flank, and its own end. Rigid corners stand out of the metal,
- * so that the slope of the gap only rises there: one sample at each, with the slope of either side,
- * leaves no minimum unseen. */
+ * corners and the end of a conjugate flank, and its own end. */
 static int list_pieces(const flank_pair *pair, const flank_point *low, const flank_point *high,
-                       lm_real end[]) {
+                       piece_end end[]) {
   const lm_mesh *mesh = pair->mesh;
   const lm_conjugate *rigid = &mesh->conjugate;
   int count = 0;
   int i;
   for (; count < mesh->flank.joints; count++) {
-    end[count] = mesh->flank.joint_mm[count];
+    end[count].foot_mm = mesh->flank.joint_mm[count];
+    end[count].is_corner = 0;
   }
   if (mesh->rigid_kind == LM_FLANK_CONJUGATE) {
     for (i = 0; i < rigid->corners; i++) {
       if (rigid->corner_mm[i] > low->radius_mm && rigid->corner_mm[i] < high->radius_mm) {
-        count = insert_end(end, count,
-                           foot_on_radius(pair, rigid->corner_mm[i], CORNER_STEPS).radius_mm);
+        count = insert_corner(end, count, foot_on_radius(pair, rigid->corner_mm[i]).radius_mm);
       }
     }
     if (high->radius_mm > rigid->land_mm) {
-      count = insert_end(end, count, foot_on_radius(pair, rigid->land_mm, RADIUS_STEPS).radius_mm);
+      count = insert_corner(end, count, foot_on_radius(pair, rigid->land_mm).radius_mm);
     }
   }
-  end[count] = high->foot_mm;
+  end[count].foot_mm = high->foot_mm;
+  end[count].is_corner = 0;
   return count + 1;
 }
 
+/* The lowest of what has been seen, and the bracket that may hold something lower. */
+typedef struct descent {
+  flank_point best;
+  flank_point low;
+  flank_point high;
+  lm_real floor;
+} descent;
+
+static void see(descent *d, const flank_point *point) {
+  if (point->gap_rad < d->best.gap_rad) {
+    d->best = *point;
+  }
+}
+
+static int falls_and_rises(const flank_point *low, const flank_point *high) {
+  return low->gap_slope < LM_REAL(0) && high->gap_slope > LM_REAL(0);
+}
+
 /* Both flanks may bend either way, so the gap is sampled along every piece of the flexspline's
- * flank; the lowest sample, or the lowest minimum that two slopes enclose. */
+ * flank; the lowest sample, the lowest corner, or the lowest minimum that two slopes enclose. */
 static flank_point general_minimum(const flank_pair *pair, const flank_point *low,
                                    const flank_point *high) {
-  flank_point best = *low;
+  const lm_real module = pair->mesh->geometry.module_mm;
+  const lm_real aside = ASIDE_MODULES * module;
+  descent d;
   flank_point before = *low;
-  flank_point bracket_low = *low;
-  flank_point bracket_high = *low;
-  lm_real floor = REAL_INFINITY;
-  lm_real from = low->foot_mm;
-  lm_real end[PIECES_MAX];
+  piece_end end[PIECES_MAX];
   const int pieces = list_pieces(pair, low, high, end);
   int piece;
   int steps;
   int i;
+  d.best = *low;
+  d.low = *low;
+  d.high = *low;
+  d.floor = REAL_INFINITY;
   for (piece = 0; piece < pieces; piece++) {
-    const lm_real to = end[piece] < high->foot_mm ? end[piece] : high->foot_mm;
-    if (!(to > from)) {
-      continue;
-    }
-    steps = 1 + (int)((to - from) / (SAMPLE_MODULES * pair->mesh->geometry.module_mm));
+    const lm_real from = before.foot_mm;
+    const lm_real reach = end[piece].foot_mm - (end[piece].is_corner ? aside : LM_REAL(0));
+    const lm_real to = reach < high->foot_mm ? reach : high->foot_mm;
+    steps = to > from ? 1 + (int)((to - from) / (SAMPLE_MODULES * module)) : 0;
     for (i = 1; i <= steps; i++) {
       const flank_point now =
           evaluate_flank(pair, from + (to - from) * LM_REAL(i) / LM_REAL(steps));
-      if (now.gap_rad < best.gap_rad) {
-        best = now;
-      }
-      if (before.gap_slope < LM_REAL(0) && now.gap_slope > LM_REAL(0)) {
+      see(&d, &now);
+      if (falls_and_rises(&before, &now)) {
         const lm_real lowest = bracket_floor(&before, &now);
-        if (lowest < floor) {
-          floor = lowest;
-          bracket_low = before;
-          bracket_high = now;
+        if (lowest < d.floor) {
+          d.floor = lowest;
+          d.low = before;
+          d.high = now;
         }
       }
       before = now;
     }
-    from = to;
+    if (end[piece].is_corner && end[piece].foot_mm + aside < high->foot_mm) {
+      const flank_point beyond = evaluate_flank(pair, end[piece].foot_mm + aside);
+      see(&d, &beyond);
+      if (falls_and_rises(&before, &beyond)) {
+        const flank_point tip = touch_corner(&before, &beyond);
+        see(&d, &tip);
+      }
+      before = beyond;
+    }
   }
-  if (floor < best.gap_rad) {
-    const flank_point inside = bracketed_minimum(pair, &bracket_low, &bracket_high);
-    best = inside.gap_rad < best.gap_rad ? inside : best;
+  if (d.floor < d.best.gap_rad) {
+    const flank_point inside = bracketed_minimum(pair, &d.low, &d.high);
+    see(&d, &inside);
   }
-  return best;
+  return d.best;
 }
 
 static int is_involute_pair(const lm_mesh *mesh) {

@@ -22,7 +22,7 @@ LM_BEGIN_DECLS
 
 #define LM_CONJUGATE_INTERVALS_MAX 64
 
-/* Where another part of the flexspline's flank, or another zone, takes over; each takes two of the
+/* Where another part of the flexspline's flank, or another zone, takes over; each takes one of the
  * intervals above the 28 that every flank has. */
 #define LM_CONJUGATE_CORNERS_MAX 18
 
