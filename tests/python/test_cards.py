@@ -31,7 +31,7 @@ LIB = Path(__file__).resolve().parents[2] / "lib"
 OTHER_THINGS = {
     # An objective of the design search; a file beside the drive.
     "kinematic_error": ("design/spec.py", "simulators/arm.py"),
-    "creep": ("export.py",),  # a setting of the controller's watch
+    "creep": ("controller/from_drive.py",),  # a setting of the controller's watch
     # A clearance between teeth.
     "gap_rad": (
         "model.py",

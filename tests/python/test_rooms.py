@@ -21,6 +21,7 @@ FLOORS = (
     "candidates",
     "discover",
     "compare",
+    "controller",
     "export",
     "report",
     "drawing",

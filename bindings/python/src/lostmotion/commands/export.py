@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any, TextIO
+
+import numpy as np
 
 from lostmotion.drives import read_drive
 from lostmotion.effects.library import library
 from lostmotion.errors import InputError
-from lostmotion.export import Profile, export, make_controller, read_settings, show_export
+from lostmotion.export import Profile, export, make_controller, read_settings
 from lostmotion.fit.drive_file import require_within_bounds, written_effects
 from lostmotion.options import own_effects
 from lostmotion.terminal import deliver
@@ -44,3 +48,40 @@ def run_export(arguments: argparse.Namespace) -> None:
         controller = make_controller(drive, settings, profile=profile, own=own)
         answer = export(controller, arguments.output, name=arguments.name, title=drive.name)
     deliver(answer, arguments, lambda out: show_export(answer, out))
+
+
+def show_export(answer: Mapping[str, Any], out: TextIO) -> None:
+    """Print the answer of the command."""
+    plays = answer["plays_outside"] + answer["plays_inside"]
+    count = len(answer["effects"])
+    effects = "1 effect" if count == 1 else f"{count} effects"
+    print(f"written: {answer['file']} (fingerprint {answer['fingerprint']})\n", file=out)
+    print(
+        f"{answer['knots']} knots, {plays} operators, {effects}; "
+        f"{answer['blob_bytes']} bytes as a blob",
+        file=out,
+    )
+    for effect in answer["effects"]:
+        print(f"  effect {effect}", file=out)
+    for source in answer["sources"]:
+        print(f"written: {source}, to be compiled with the library", file=out)
+    if "fmi" in answer:
+        binary = answer["binary"] or "none, sources only"
+        print(f"\nFMI {answer['fmi']}, co-simulation; binary: {binary}", file=out)
+        print(f"  inputs: {', '.join(answer['inputs'])}", file=out)
+        print(f"  outputs: {', '.join(answer['outputs'])}", file=out)
+        print(f"  parameters that may be tuned: {answer['tunable']}", file=out)
+    if answer.get("kind", "compensator") == "compensator":
+        print("\nlimits of the correction:", file=out)
+        for name, value in {**answer["limits"], **answer["watch"]}.items():
+            print(f"  {name} = {value:.6g}", file=out)
+    stated = {name: value for name, value in answer["valid"].items() if np.any(value)}
+    if stated:
+        print("\nfitted range:", file=out)
+        for name, value in stated.items():
+            text = " to ".join(f"{end:.6g}" for end in np.atleast_1d(value))
+            print(f"  {name} = {text}", file=out)
+    if answer["notes"]:
+        print("\nassumed:", file=out)
+        for line in answer["notes"]:
+            print(f"  {line}", file=out)

@@ -83,6 +83,7 @@ def make_parser() -> argparse.ArgumentParser:
         return added
 
     add_prediction(command)
+    add_drawings(command)
     add_comparison(command)
     add_discovery(command)
     add_design(command)
@@ -148,6 +149,9 @@ def add_prediction(command: Command) -> None:
     add_phase(added)
     add_report(added)
 
+
+def add_drawings(command: Command) -> None:
+    """Add the commands for a drive file with a drawing."""
     added = command(
         "calibrate",
         "lostmotion.commands.calibrate:run_calibrate",
