@@ -9,7 +9,7 @@ from scipy import stats
 from scipy.signal import lfilter
 
 from lostmotion import rules
-from lostmotion.discover.gates import accepted, paired_t, signed_rank, told_apart
+from lostmotion.discover.gates import accepted, paired_t, signed_rank, runs_separate
 from lostmotion.evidence.contest import Contest
 from lostmotion.evidence.gram import Evidence, gather
 from lostmotion.evidence.noise import fit_noise
@@ -136,6 +136,6 @@ def test_a_run_that_says_most_does_not_hide_what_all_the_others_say() -> None:
     ahead = np.abs(np.random.default_rng(8).normal(size=RUNS)) + 0.1
     ahead[3] = 1000.0
     assert paired_t(ahead, np.zeros(RUNS)) < rules.PAIRED_T
-    assert told_apart(ahead, np.zeros(RUNS))
-    assert not told_apart(np.zeros(RUNS), ahead)
-    assert not told_apart(np.where(np.arange(RUNS) == 3, 1000.0, 0.0), np.zeros(RUNS))
+    assert runs_separate(ahead, np.zeros(RUNS))
+    assert not runs_separate(np.zeros(RUNS), ahead)
+    assert not runs_separate(np.where(np.arange(RUNS) == 3, 1000.0, 0.0), np.zeros(RUNS))

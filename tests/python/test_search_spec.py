@@ -133,8 +133,16 @@ BAD: list[tuple[str, Any, tuple[str, ...]]] = [
         ("teeth.rigid_teeth", "no teeth.flexspline_teeth beside it"),
     ),
     ("search.range", {"teeth.rigid_teeth": [198, 202]}, ("teeth.rigid_teeth", "it follows")),
-    ("search.fixed", {"generator.floating": False}, ("generator.floating", "a floating wave generator")),
-    ("search.fixed", {"generator.eccentricity_mm": 0.01}, ("eccentricity_mm", "without eccentricity")),
+    (
+        "search.fixed",
+        {"generator.floating": False},
+        ("generator.floating", "a floating wave generator"),
+    ),
+    (
+        "search.fixed",
+        {"generator.eccentricity_mm": 0.01},
+        ("eccentricity_mm", "without eccentricity"),
+    ),
     ("search.range", {"generator.type": [1, 2]}, ("generator.type", "choose")),
     ("search.range", {"generator.type": {"choose": ["disc"]}}, ("did you mean 'discs'",)),
     ("search.fixed", {"teeth.module_mm": 0.25, "axial_sections": 2.6}, ("2.6", "a whole number")),

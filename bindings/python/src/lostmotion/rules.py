@@ -258,45 +258,45 @@ Conventional: what is asked of a recommended effect, 5 % at an amplitude that wa
 
 # Runs that stand apart.
 
-ODD_RUNS_LEVEL = 0.002
+OUTLIER_RUNS_LEVEL = 0.002
 """Chance that a campaign of nothing but scatter has runs that are said to stand apart.
 
 Chosen: a fifth of `P_LIMIT`.
 """
 
-ODD_RUNS_TESTED_LEAST = 15
+OUTLIER_RUNS_TESTED_LEAST = 15
 """With fewer runs the test does not keep its level (Rosner).
 
 Conventional: Rosner, Technometrics 25 (1983) 165.
 """
 
-ODD_RUNS_SHARE_MOST = 0.2
+OUTLIER_RUNS_SHARE_MOST = 0.2
 """More than this share of the runs does not stand apart from the others.
 
 Conventional: as Rosner, for whom outliers are few.
 """
 
-ODD_RUNS_ALIKE_LEAST = 3
+OUTLIER_RUNS_ALIKE_LEAST = 3
 """So many runs that stand apart and are just those of one load depend on the recorded load:
 what the form of the baseline model does not meet there is no unknown cause.
 
 Chosen: on campaigns of tests/rig.
 """
 
-ODD_RUNS_FAR_LOAD = 2.0
+OUTLIER_RUNS_FAR_LOAD = 2.0
 """Runs whose load is so many times as large as any smaller one, and any larger one so many times
 theirs, are alone in telling how the drive acts there: even two that all lean to one side do ...
 
 Chosen: on campaigns of tests/rig.
 """
 
-ODD_RUNS_LEANS = 1.0
+OUTLIER_RUNS_LEANS = 1.0
 """... by at least this of the spread, those beside the ones that stand apart.
 
 Chosen: on campaigns of tests/rig.
 """
 
-ODD_RUNS_TOLD_LEAST = 0.1
+OUTLIER_RUNS_TOLD_LEAST = 0.1
 """Least share of a part's variance that a run's recordings must tell: a run that never reverses
 says nothing of friction.
 

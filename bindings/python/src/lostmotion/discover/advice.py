@@ -46,7 +46,7 @@ def advise(
     """
     if runs < rules.RUNS_LEAST:
         return f"{too_few(runs)}: repeat the plan."
-    if found.odd is not None:
+    if found.outliers is not None:
         return ASK_WHAT_DIFFERED
     if found.verdict == "ambiguous":
         doubtful = [name for name, said in found.by_effect.items() if said["rivals"]]
@@ -94,7 +94,7 @@ def advise_merged(found: Conclusion, runs: int, alone: Sequence[Mapping[str, Any
     """Recommend the next step for merged evidence; `alone` has the result of each campaign."""
     if runs < rules.RUNS_LEAST:
         return f"{too_few(runs)}: add evidence."
-    if found.odd is not None:
+    if found.outliers is not None:
         return ASK_WHAT_DIFFERED
     said = {name for one in alone for name in one["effects"]}
     new = [name for name in found.shown if name not in said]

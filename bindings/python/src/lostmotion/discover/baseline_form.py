@@ -4,7 +4,7 @@ Every form of the hysteresis (`lostmotion.friction`) is cross-validated by runs;
 forms is tried if one of its parts lowers the error. A richer form than operators of constant width
 in parallel with the spring is selected if
 
-- runs confirm it (`gates.told_apart`, of their leave-one-run-out errors): with fewer than
+- runs confirm it (`gates.runs_separate`, of their leave-one-run-out errors): with fewer than
 `rules.RUNS_LEAST` runs no form is tried;
 - it explains at least `rules.FORM_EXPLAINS` of the residual above the measurement noise. A form
 that explains less may imitate a missing effect and is left to the contest;
@@ -27,7 +27,7 @@ from lostmotion import rules
 from lostmotion.candidates import shapes
 from lostmotion.candidates.named import tangent
 from lostmotion.discover.contest_round import make_candidates
-from lostmotion.discover.gates import told_apart
+from lostmotion.discover.gates import runs_separate
 from lostmotion.discover.linearise import noise_rms
 from lostmotion.discover.measurement_noise import estimate_noise
 from lostmotion.discover.refits import without_deviations
@@ -95,7 +95,7 @@ def tried(
 def better(one: Tried, other: Tried) -> bool:
     """Whether the runs show that the first predicts significantly better than the second."""
     seen = other.by_run > 0
-    return told_apart(other.by_run[seen], one.by_run[seen])
+    return runs_separate(other.by_run[seen], one.by_run[seen])
 
 
 def choose_form(

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from lostmotion import rules
 from lostmotion.discover.contest_round import ContestRound
-from lostmotion.discover.gates import paid_by_kind, told_apart
+from lostmotion.discover.gates import paid_by_kind, runs_separate
 from lostmotion.discover.growing_model import Contender, GrowingModel, Lead
 from lostmotion.discover.shortlist import LeastSizes, find_leads, strongest, without
 from lostmotion.evidence.contest import Result
@@ -234,7 +234,7 @@ def rivals(
             ahead, ahead_by_run = selected.result.gain, selected.result.gain_by_run
             if selected.gain > rules.FAR * ahead:
                 ahead, ahead_by_run = selected.gain, selected.gain_by_run
-        close = gain >= rules.RIVAL_SHARE * ahead and not told_apart(ahead_by_run, by_run)
+        close = gain >= rules.RIVAL_SHARE * ahead and not runs_separate(ahead_by_run, by_run)
         if ahead - gain < rules.GAIN_LEAST or close:
             out.append(result)
     return out

@@ -11,7 +11,7 @@ import numpy as np
 from lostmotion import rules
 from lostmotion.discover.choice import Step
 from lostmotion.discover.gates import family_p
-from lostmotion.discover.odd_runs import OddRuns
+from lostmotion.discover.outlier_runs import OutlierRuns
 
 INCONCLUSIVE = "inconclusive"
 """Verdict where there is too little data for any other."""
@@ -32,7 +32,7 @@ class Conclusion:
         Verdict, confidence and rivals of each effect that is missing, by its name.
     depends_on : list of dict
         Dependences of the unexplained part.
-    odd : OddRuns or None
+    outliers : OutlierRuns or None
         Outlier runs.
     unnamed : float
         Mean square of the unexplained part, arc seconds squared.
@@ -44,25 +44,25 @@ class Conclusion:
     rivals: list[str]
     by_effect: dict[str, dict[str, Any]] = field(default_factory=dict)
     depends_on: list[dict[str, Any]] = field(default_factory=list)
-    odd: OddRuns | None = None
+    outliers: OutlierRuns | None = None
     unnamed: float = 0.0
 
-    def add_odd_runs(
-        self, odd: OddRuns, size: float, least: float, labels: Sequence[int | str]
+    def add_outlier_runs(
+        self, outliers: OutlierRuns, size: float, least: float, labels: Sequence[int | str]
     ) -> None:
         """Report outlier runs if their deviation is large enough.
 
         Parameters
         ----------
-        odd : OddRuns
+        outliers : OutlierRuns
         size, least : float
             Their size and the least size that counts, arc seconds.
         labels : sequence
             Of all runs.
         """
         if size >= least:
-            self.verdict, self.odd = "unexplained", odd
-            self.depends_on.append(odd.told(labels, size))
+            self.verdict, self.outliers = "unexplained", outliers
+            self.depends_on.append(outliers.told(labels, size))
             self.unnamed += size**2
 
     def share(self, rms_arcsec: float) -> float:

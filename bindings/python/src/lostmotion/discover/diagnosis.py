@@ -36,7 +36,7 @@ from lostmotion.discover.events import (
 from lostmotion.discover.few_readings import few_readings_diagnosis
 from lostmotion.discover.linearise import noise_rms
 from lostmotion.discover.noise_floor import noise_floor, scatter_of
-from lostmotion.discover.odd_runs import RUN_NEEDS, OddRuns, find_odd_runs
+from lostmotion.discover.outlier_runs import RUN_NEEDS, OutlierRuns, find_outlier_runs
 from lostmotion.discover.recorded_model import Selection, select_recorded
 from lostmotion.discover.refits import without_deviations
 from lostmotion.discover.shortlist import least_size
@@ -287,10 +287,10 @@ def conclude(
     # Beside an effect that was found, or one that differs between runs, it may be what the form
     # of that does not meet.
     if found.verdict == "complete" and not any(t.effect.needs & RUN_NEEDS for t in base.terms):
-        odd = find_odd_runs(final.contest, swing_by_run(base, base.at()))
-        if odd is not None:
+        outliers = find_outlier_runs(final.contest, swing_by_run(base, base.at()))
+        if outliers is not None:
             least = least_size(within, selection.given_arcsec)
-            found.add_odd_runs(odd, size_of_odd(base, odd), least, c.labels)
+            found.add_outlier_runs(outliers, size_of_outlier_runs(base, outliers), least, c.labels)
     models = list(stepwise.models)
     floor, within_told = stepwise.floor_arcsec, stepwise.within_arcsec
     if shapes_of(base):
@@ -351,12 +351,12 @@ def estimated_at_bound(base: BaselineModel) -> dict[str, list[str]]:
     }
 
 
-def size_of_odd(base: BaselineModel, odd: OddRuns) -> float:
+def size_of_outlier_runs(base: BaselineModel, outliers: OutlierRuns) -> float:
     """Root mean square over all samples, arc seconds, of the deviations of outlier runs."""
-    columns = base.run_columns(base.at())[:, odd.place]
+    columns = base.run_columns(base.at())[:, outliers.place]
     slices = base.conditions.slices()
     total = 0.0
-    for run, deviation in zip(odd.runs, odd.deviations, strict=True):
+    for run, deviation in zip(outliers.runs, outliers.deviations, strict=True):
         column = columns[slices[run]]
         total += float(np.sum((column - column.mean()) ** 2)) * deviation**2
     return float(np.sqrt(total / base.conditions.rows))

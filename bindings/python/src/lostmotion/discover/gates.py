@@ -136,6 +136,6 @@ def signed_rank(a: FloatArray, b: FloatArray) -> float:
     return float((total - n * (n + 1) / 4) / np.sqrt(n * (n + 1) * (2 * n + 1) / 24))
 
 
-def told_apart(a: FloatArray, b: FloatArray) -> bool:
+def runs_separate(a: FloatArray, b: FloatArray) -> bool:
     """Whether the runs separate the first of two candidates from the second."""
     return paired_t(a, b) >= rules.PAIRED_T or signed_rank(a, b) >= rules.SIGNED_RANK

@@ -19,7 +19,7 @@ from lostmotion.discover.evidence_model import EvidenceModel
 from lostmotion.discover.gates import family_p
 from lostmotion.discover.growing_model import Contender
 from lostmotion.discover.noise_floor import floor_of, scatter_of
-from lostmotion.discover.odd_runs import RUN_NEEDS, OddRuns, find_odd_runs
+from lostmotion.discover.outlier_runs import RUN_NEEDS, OutlierRuns, find_outlier_runs
 from lostmotion.discover.refits import term_of
 from lostmotion.discover.selection import select
 from lostmotion.discover.shortlist import least_size
@@ -55,10 +55,15 @@ def judge_body(body: Body, effects: Mapping[str, Effect]) -> dict[str, Any]:
     if found.verdict == "complete" and not any(
         effects[name].needs & RUN_NEEDS for name in (*given, *names) if name in effects
     ):
-        odd = find_odd_runs(final, np.array(body.about["swing_arcsec"]))
-        if odd is not None:
+        outliers = find_outlier_runs(final, np.array(body.about["swing_arcsec"]))
+        if outliers is not None:
             least = least_size(within, max(model.given.values(), default=0.0))
-            found.add_odd_runs(odd, size_of_odd_in_evidence(body, odd), least, body.about["runs"])
+            found.add_outlier_runs(
+                outliers,
+                size_of_outlier_runs_in_evidence(body, outliers),
+                least,
+                body.about["runs"],
+            )
     sizes, unreachable = detectable(steps[-1].round, within)
     depends = [dependence(event, body.rows.sum()) for event in events if event not in slips]
     scatter = zip((*DEVIATIONS, "offset_arcsec"), map(float, scatter_of(final)), strict=True)
@@ -102,10 +107,10 @@ def squares_by_run(body: Body) -> np.ndarray[Any, np.dtype[np.float64]]:
     return np.asarray(centred(body.plain)[:, known[:, None], known] * np.outer(scale, scale))
 
 
-def size_of_odd_in_evidence(body: Body, odd: OddRuns) -> float:
+def size_of_outlier_runs_in_evidence(body: Body, outliers: OutlierRuns) -> float:
     """Root mean square over all samples, arc seconds, of what outlier runs do."""
-    squares = squares_by_run(body)[odd.runs, odd.place, odd.place]
-    return float(np.sqrt(squares @ np.square(odd.deviations) / body.rows.sum()))
+    squares = squares_by_run(body)[outliers.runs, outliers.place, outliers.place]
+    return float(np.sqrt(squares @ np.square(outliers.deviations) / body.rows.sum()))
 
 
 def candidates_of_evidence(

@@ -9,10 +9,10 @@ from small_campaigns import RATED_NM, RATIO, campaign
 
 from lostmotion import rules
 from lostmotion.discover import diagnose
-from lostmotion.discover.odd_runs import (
-    OddRuns,
+from lostmotion.discover.outlier_runs import (
+    OutlierRuns,
     apart,
-    find_odd_runs,
+    find_outlier_runs,
     leaning,
     parted_by,
     share_told,
@@ -24,7 +24,7 @@ RUNS, ROWS = 24, 60
 LOADS = np.tile([1.0, 2.0, 3.0], RUNS // 3)
 
 
-@pytest.mark.parametrize("runs", [rules.ODD_RUNS_TESTED_LEAST, 31, 80])
+@pytest.mark.parametrize("runs", [rules.OUTLIER_RUNS_TESTED_LEAST, 31, 80])
 def test_scatter_alone_stands_apart_as_often_as_is_said(runs: int) -> None:
     rng = np.random.default_rng(runs)
     level, trials = 0.02, 2000
@@ -39,12 +39,12 @@ def test_several_that_would_hide_each_other_are_found() -> None:
     for _ in range(200):
         values = rng.normal(size=31)
         values[[4, 5, 20]] += 8.0
-        found += set(apart(values, rules.ODD_RUNS_LEVEL)[0]) == {4, 5, 20}
+        found += set(apart(values, rules.OUTLIER_RUNS_LEVEL)[0]) == {4, 5, 20}
     assert found > 190
 
 
 def test_few_runs_and_runs_that_are_all_alike_tell_nothing() -> None:
-    assert apart(np.append(np.zeros(rules.ODD_RUNS_TESTED_LEAST - 2), 1e6), 0.5) == ([], 1.0)
+    assert apart(np.append(np.zeros(rules.OUTLIER_RUNS_TESTED_LEAST - 2), 1e6), 0.5) == ([], 1.0)
     assert apart(np.ones(40), 0.5) == ([], 1.0)
 
 
@@ -62,16 +62,16 @@ def contest_of(seed: int, odd: float = 0.0) -> Contest:
 
 def test_predicted_deviations_of_a_contest_keep_the_level() -> None:
     trials = 400
-    alarms = sum(find_odd_runs(contest_of(seed), LOADS) is not None for seed in range(trials))
-    assert alarms <= most(trials, rules.ODD_RUNS_LEVEL)
+    alarms = sum(find_outlier_runs(contest_of(seed), LOADS) is not None for seed in range(trials))
+    assert alarms <= most(trials, rules.OUTLIER_RUNS_LEVEL)
 
 
 def test_runs_that_stand_apart_in_a_contest_are_named_with_their_part() -> None:
-    found = find_odd_runs(contest_of(1, odd=3.0), LOADS)
+    found = find_outlier_runs(contest_of(1, odd=3.0), LOADS)
     assert found is not None
     assert (found.part, found.runs) == ("friction", [7, 8])
     assert found.deviations == pytest.approx([3.0, 3.0], abs=1.2)
-    assert found.p < rules.ODD_RUNS_LEVEL
+    assert found.p < rules.OUTLIER_RUNS_LEVEL
     # Runs that never reverse tell nothing of friction.
     share = share_told(contest_of(1))
     assert np.all(share[::3, 1] < 1e-6)
@@ -107,13 +107,13 @@ def test_runs_of_a_load_far_from_any_other_hang_on_it_if_all_lean_one_way() -> N
 
 def test_runs_that_stand_apart_are_said_in_a_sentence() -> None:
     labels = [str(run) for run in range(1, 9)]
-    assert OddRuns("gap", [3], [1.0], 0.1).told(labels, 0.5) == {
+    assert OutlierRuns("gap", [3], [1.0], 0.1).told(labels, 0.5) == {
         "covariate": "run",
         "shape": "gap, in run 4 alone",
         "p": 0.1,
         "rms_arcsec": 0.5,
     }
-    assert OddRuns("gap", [0, 3, 4], [1.0] * 3, 0.1).told(labels, 0.5)["shape"] == (
+    assert OutlierRuns("gap", [0, 3, 4], [1.0] * 3, 0.1).told(labels, 0.5)["shape"] == (
         "gap, in runs 1, 4 and 5 alone"
     )
 

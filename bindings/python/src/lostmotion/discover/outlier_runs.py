@@ -28,7 +28,7 @@ RUN_NEEDS = {"temperature_C", "cycles"}
 
 
 @dataclass
-class OddRuns:
+class OutlierRuns:
     """Outlier runs in one part of the baseline model.
 
     Attributes
@@ -64,7 +64,7 @@ class OddRuns:
         }
 
 
-def find_odd_runs(contest: Contest, load: FloatArray) -> OddRuns | None:
+def find_outlier_runs(contest: Contest, load: FloatArray) -> OutlierRuns | None:
     """Find the strongest outlier runs, if there are any.
 
     Parameters
@@ -77,42 +77,44 @@ def find_odd_runs(contest: Contest, load: FloatArray) -> OddRuns | None:
     index, omega = e.index(), contest.null_omega
     own = deviations(e, index, omega, contest.null_step())
     share = share_told(contest)
-    best: OddRuns | None = None
+    best: OutlierRuns | None = None
     for place, part in enumerate(DEVIATIONS):
-        there = np.flatnonzero(share[:, place] >= rules.ODD_RUNS_TOLD_LEAST)
+        there = np.flatnonzero(share[:, place] >= rules.OUTLIER_RUNS_TOLD_LEAST)
         # What is predicted from little shrinks to nothing: it spreads less than what it predicts.
         spread = np.sqrt(omega[place] * share[there, place])
-        odd, p = apart(own[there, place] / spread, rules.ODD_RUNS_LEVEL / len(DEVIATIONS))
+        outliers, p = apart(own[there, place] / spread, rules.OUTLIER_RUNS_LEVEL / len(DEVIATIONS))
         p = min(1.0, p * len(DEVIATIONS))
-        if odd and parted_by(load[there], odd, leaning(own[there, place] / spread, odd)):
+        if outliers and parted_by(
+            load[there], outliers, leaning(own[there, place] / spread, outliers)
+        ):
             continue
-        if odd and (best is None or p < best.p):
-            runs = np.sort(there[odd])
+        if outliers and (best is None or p < best.p):
+            runs = np.sort(there[outliers])
             values = own[runs, place] / e.scale[e.scatter[place]]
-            best = OddRuns(part, runs.tolist(), values.tolist(), p)
+            best = OutlierRuns(part, runs.tolist(), values.tolist(), p)
     return best
 
 
-def leaning(values: FloatArray, odd: Sequence[int]) -> Mask:
+def leaning(values: FloatArray, outliers: Sequence[int]) -> Mask:
     """Values on the side of the outliers; none if there are outliers on both sides."""
-    off = (values - np.median(values)) * np.sign(values[list(odd)].mean())
-    return np.asarray((off >= rules.ODD_RUNS_LEANS) & bool(np.all(off[list(odd)] > 0)))
+    off = (values - np.median(values)) * np.sign(values[list(outliers)].mean())
+    return np.asarray((off >= rules.OUTLIER_RUNS_LEANS) & bool(np.all(off[list(outliers)] > 0)))
 
 
-def parted_by(load: FloatArray, odd: Sequence[int], leans: Mask) -> bool:
+def parted_by(load: FloatArray, outliers: Sequence[int], leans: Mask) -> bool:
     """Whether the outlier runs are exactly those of one load.
 
     No other run is between them; or no other load is near, and all runs of that load deviate to the
     same side.
     """
-    own, others = load[list(odd)], np.delete(load, list(odd))
+    own, others = load[list(outliers)], np.delete(load, list(outliers))
     between = (others >= own.min()) & (others <= own.max())
-    if len(odd) >= rules.ODD_RUNS_ALIKE_LEAST and not between.any():
+    if len(outliers) >= rules.OUTLIER_RUNS_ALIKE_LEAST and not between.any():
         return True
-    near = (load > own.min() / rules.ODD_RUNS_FAR_LOAD) & (
-        load < own.max() * rules.ODD_RUNS_FAR_LOAD
+    near = (load > own.min() / rules.OUTLIER_RUNS_FAR_LOAD) & (
+        load < own.max() * rules.OUTLIER_RUNS_FAR_LOAD
     )
-    alone = np.count_nonzero(near) >= 2 and own.max() < own.min() * rules.ODD_RUNS_FAR_LOAD
+    alone = np.count_nonzero(near) >= 2 and own.max() < own.min() * rules.OUTLIER_RUNS_FAR_LOAD
     return bool(alone and leans[near].all())
 
 
@@ -134,12 +136,12 @@ def apart(values: FloatArray, level: float) -> tuple[list[int], float]:
     level : float
         Probability of a false outlier.
     """
-    if values.size < rules.ODD_RUNS_TESTED_LEAST:
+    if values.size < rules.OUTLIER_RUNS_TESTED_LEAST:
         return [], 1.0
     left = np.arange(values.size)
     taken: list[int] = []
     many, least = 0, 1.0
-    for _ in range(int(rules.ODD_RUNS_SHARE_MOST * values.size)):
+    for _ in range(int(rules.OUTLIER_RUNS_SHARE_MOST * values.size)):
         rest = values[left]
         off = np.abs(rest - rest.mean())
         worst = int(np.argmax(off))
