@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from lostmotion.backbone import run_plays
+from lostmotion.torsion_curve import run_plays
 from lostmotion.export import Controller, Limits, Play, Watch, export
 from lostmotion.fit.hysteresis import SHARE_MAX
 from lostmotion.fit.least_squares import SumLimit, bounded_least_squares

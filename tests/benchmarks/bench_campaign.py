@@ -18,7 +18,7 @@ from typing import Any
 from lostmotion.compare import compare
 from lostmotion.discover import diagnose
 from lostmotion.drives import read_drive
-from lostmotion.model import make_backbone
+from lostmotion.model import make_torsion_curve
 from lostmotion.recordings import read_campaign
 from lostmotion.threads import cores
 
@@ -45,12 +45,12 @@ def measure(recording: Path, sheet: Path) -> None:
     drive = read_drive(sheet)
     campaign = read_campaign(recording, ratio=drive.ratio)
     torque = campaign.largest_torque_Nm
-    backbone = make_backbone(drive, torque)
+    torsion_curve = make_torsion_curve(drive, torque)
     print(f"{campaign.rows} rows in {len(campaign.runs)} runs, {cores()} cores")
     print(f"load of the machine {os.getloadavg()[0]:.1f}")
     print("            clock  processors")
     timed("read", lambda: read_campaign(recording, ratio=drive.ratio))
-    answer = timed("compare", lambda: compare(backbone, campaign)).answer()
+    answer = timed("compare", lambda: compare(torsion_curve, campaign)).answer()
     found = timed(
         "diagnose",
         lambda: diagnose(
@@ -58,7 +58,7 @@ def measure(recording: Path, sheet: Path) -> None:
             campaign,
             ratio=drive.ratio,
             rated_torque_Nm=drive.rated_torque_Nm,
-            backbone=backbone,
+            torsion_curve=torsion_curve,
         ),
     )
     print(

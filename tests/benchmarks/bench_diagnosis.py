@@ -31,7 +31,7 @@ from verdicts import judge, kind_of
 from lostmotion.discover import diagnose
 from lostmotion.discover.answer import Diagnosis
 from lostmotion.drives import Drive, read_drive
-from lostmotion.model import make_backbone
+from lostmotion.model import make_torsion_curve
 from lostmotion.recordings import Campaign, read_campaign
 from lostmotion.threads import one_thread
 
@@ -50,7 +50,7 @@ def diagnosed(drive: Drive, campaign: Campaign) -> Diagnosis:
         campaign,
         ratio=drive.ratio,
         rated_torque_Nm=drive.rated_torque_Nm,
-        backbone=make_backbone(drive, campaign.largest_torque_Nm),
+        torsion_curve=make_torsion_curve(drive, campaign.largest_torque_Nm),
     )
 
 
@@ -91,8 +91,8 @@ def run_rivals(truth_file: Path) -> Record:
     truth, drive, campaign = read(truth_file)
     cpu = time.process_time()
     with one_thread():
-        backbone = make_backbone(drive, campaign.largest_torque_Nm)
-        base = BaselineModel(Conditions(campaign), drive.rated_torque_Nm, backbone)
+        torsion_curve = make_torsion_curve(drive, campaign.largest_torque_Nm)
+        base = BaselineModel(Conditions(campaign), drive.rated_torque_Nm, torsion_curve)
         base.first_fit()
         if clean_outliers(base):
             base.fit(steps=8)

@@ -36,7 +36,7 @@ STIFFNESS = 1e-3
 ROUNDS = 5
 
 
-def backbone() -> tuple[Array, Array]:
+def torsion_curve() -> tuple[Array, Array]:
     """Return knots of an odd torsion curve that stiffens."""
     knots = 40 * np.geomspace(1e-3, 1.2, KNOTS)
     angle = knots / 25e3 + 2e-4 * np.tanh(knots / 8)
@@ -103,7 +103,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rows", type=int, default=2_000_000)
     rows = parser.parse_args().rows
-    knots, angle = backbone()
+    knots, angle = torsion_curve()
     run = recording(rows)
     inside = [Play(float(r), 0.0, float(s)) for r, s in zip(RADII_NM, SHARES, strict=True)]
     effects = [

@@ -18,7 +18,7 @@ from lostmotion.drives import read_drive
 from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.library import library
 from lostmotion.fit.baseline import BaselineModel
-from lostmotion.model import make_backbone
+from lostmotion.model import make_torsion_curve
 from lostmotion.recordings import Campaign, read_campaign
 
 
@@ -27,7 +27,7 @@ def fitted(law: str, protocol: str, folder: Path, effect: str = "") -> tuple[Bas
     truth = Laboratory(2, law, protocol).write(folder, effect, 1.0)
     drive = read_drive(folder / "drive.toml")
     campaign: Campaign = read_campaign(sorted(folder.glob("*.csv.gz")), ratio=drive.ratio)
-    sheet = make_backbone(drive, campaign.largest_torque_Nm)
+    sheet = make_torsion_curve(drive, campaign.largest_torque_Nm)
     base = BaselineModel(Conditions(campaign), drive.rated_torque_Nm, sheet)
     base.first_fit()
     return base, truth["noise_arcsec_rms"]

@@ -27,7 +27,7 @@ static lm_real step(lm_real torque_Nm) {
   return lm_step_model(&parameters, &memory, &at);
 }
 
-static void the_sum_is_backbone_and_friction(void) {
+static void the_sum_is_torsion_curve_and_friction(void) {
   /* Test set S20: hysteresis loss 1.0000 arcmin over a +-40 N*m loop. */
   lm_real down;
   lm_real up;
@@ -433,7 +433,7 @@ static void any_recording_is_the_single_steps(void) {
 
 int main(void) {
   UNITY_BEGIN();
-  RUN_TEST(the_sum_is_backbone_and_friction);
+  RUN_TEST(the_sum_is_torsion_curve_and_friction);
   RUN_TEST(zero_parameters_are_the_identity);
   RUN_TEST(evaluating_commits_nothing);
   RUN_TEST(one_big_step_is_many_small_ones);

@@ -26,14 +26,14 @@ static const lm_play s20[] = {
 };
 #define S20_COUNT 4
 
-static lm_curve backbone;
+static lm_curve torsion_curve;
 static lm_play_bank bank;
 static lm_play_memory memory;
 static lm_fault fault;
 
 void setUp(void) {
   seed = 1;
-  TEST_ASSERT_EQUAL(LM_OK, lm_build_curve(&backbone, knot_Nm, knot_rad, 6, &fault));
+  TEST_ASSERT_EQUAL(LM_OK, lm_build_curve(&torsion_curve, knot_Nm, knot_rad, 6, &fault));
   TEST_ASSERT_EQUAL(LM_OK, lm_build_play_bank(&bank, s20, S20_COUNT, S20_COUNT, &fault));
   lm_center_plays(&memory, 0);
 }
@@ -42,7 +42,7 @@ void tearDown(void) {
 
 static lm_real angle_at(lm_real torque_Nm) {
   lm_play_sum sum = lm_advance_plays(&bank, &memory, torque_Nm);
-  return lm_evaluate_curve(&backbone, torque_Nm + sum.inside_Nm) + sum.outside_rad;
+  return lm_evaluate_curve(&torsion_curve, torque_Nm + sum.inside_Nm) + sum.outside_rad;
 }
 
 /* Monotone motion from where the memory stands, in equal steps; the last angle. */
@@ -233,7 +233,7 @@ static void inside_friction_takes_its_part_of_the_torque(void) {
       {2, 0, LM_REAL(1e-6)}, {1, 0, LM_REAL(0.25)}, {3, LM_REAL(0.1), LM_REAL(0.5)}};
   lm_play_sum sum;
   TEST_ASSERT_EQUAL(LM_OK, lm_build_play_bank(&bank, mixed, 3, 1, &fault));
-  TEST_ASSERT_EQUAL(LM_OK, lm_check_play_bank(&bank, lm_find_least_slope(&backbone), &fault));
+  TEST_ASSERT_EQUAL(LM_OK, lm_check_play_bank(&bank, lm_find_least_slope(&torsion_curve), &fault));
   lm_center_plays(&memory, 0);
   sum = lm_advance_plays(&bank, &memory, 30);
   /* -(0.25 * 1 + 0.5 * (3 + 0.1 * 30)) = -3.25 N*m; -2 * 1e-6 rad */
@@ -277,7 +277,7 @@ static void a_bank_with_an_envelope_stands_where_the_envelope_is(void) {
   int k;
   int i;
   TEST_ASSERT_EQUAL(LM_OK, lm_set_envelope(&bank, 5, 15, &fault));
-  TEST_ASSERT_EQUAL(LM_OK, lm_check_play_bank(&bank, lm_find_least_slope(&backbone), &fault));
+  TEST_ASSERT_EQUAL(LM_OK, lm_check_play_bank(&bank, lm_find_least_slope(&torsion_curve), &fault));
   for (k = 0; k < 20000; ++k) {
     lm_real torque_Nm = draw(-60, 60) * draw(0, 1);
     lm_real at_Nm = lm_find_envelope(&bank, torque_Nm);
@@ -301,7 +301,7 @@ static void a_bank_with_an_envelope_stands_where_the_envelope_is(void) {
 
 static void an_envelope_that_lets_the_angle_fall_is_refused(void) {
   static const lm_play inside[] = {{1, 0, LM_REAL(0.5)}};
-  lm_real slope = lm_find_least_slope(&backbone);
+  lm_real slope = lm_find_least_slope(&torsion_curve);
   lm_real zero = 0;
   TEST_ASSERT_EQUAL(LM_NULL, lm_set_envelope(0, 1, 1, &fault));
   TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE, lm_set_envelope(&bank, -1, 1, &fault));
@@ -399,7 +399,7 @@ static void nonsense_is_refused_by_name(void) {
 
 static void a_damaged_bank_is_found_out(void) {
   lm_play_bank good = bank;
-  lm_real slope = lm_find_least_slope(&backbone);
+  lm_real slope = lm_find_least_slope(&torsion_curve);
   static const lm_play heavy[] = {{1, 0, LM_REAL(0.75)}, {2, 0, LM_REAL(0.75)}};
   static const lm_play soft[] = {{1, 0, LM_REAL(2e-5)}, {1, 0, LM_REAL(0.5)}};
   TEST_ASSERT_EQUAL(LM_OK, lm_check_play_bank(&bank, slope, &fault));

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from lostmotion.backbone import run_plays
 from lostmotion.discover import diagnose
 from lostmotion.recordings import Campaign, Run
+from lostmotion.torsion_curve import run_plays
 
 ARCSEC = np.pi / 180 / 3600
 RATED_NM = 40.0
@@ -45,7 +45,7 @@ def campaign(seed=1, runs=12, rows=500, add=None, *, warm=True, noise=1.0, slip=
         torque = swings[r]
         stiff, wide = 1 + 0.003 * rng.normal(), 1 + 0.02 * rng.normal()
         wound = torque + 0.5 * wide * remembered[r]
-        backbone = stiff * (wound * 7.0 + 25.0 * np.tanh(wound / 8.0))
+        torsion_curve = stiff * (wound * 7.0 + 25.0 * np.tanh(wound / 8.0))
         columns = {
             "time": t,
             "torque": torque,
@@ -53,7 +53,7 @@ def campaign(seed=1, runs=12, rows=500, add=None, *, warm=True, noise=1.0, slip=
             "input_angle": np.full(rows, 0.7 * r),
             "output_angle": np.full(rows, 0.007 * r),
         }
-        y = backbone + noise * rng.normal(size=rows) + zero * rng.normal()
+        y = torsion_curve + noise * rng.normal(size=rows) + zero * rng.normal()
         if add is not None:
             y = y + add(columns, wound)
         if slip is not None and slip[0] == r:

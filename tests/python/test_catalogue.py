@@ -11,10 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from conftest import DATA
-from lostmotion.backbone import run_plays
 from lostmotion.catalogue import PARTS, Catalogue
 from lostmotion.drives import parse_drive
 from lostmotion.predict import predict
+from lostmotion.torsion_curve import run_plays
 from lostmotion.units import ARCMIN
 
 with (DATA / "catalogue" / "torsional_stiffness.csv").open() as stream:

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from loops_of_known_drives import ARCMIN, ARCSEC, SIZES, Loop
 from scipy import stats
 
+from loops_of_known_drives import ARCMIN, ARCSEC, SIZES, Loop
 from lostmotion.characterize import characterize, standard_figures
 from lostmotion.characterize.backlash import find_backlash
-from lostmotion.characterize.characterization import CURVE, torsion_curve
+from lostmotion.characterize.characterization import CURVE, fit_torsion_curve
 from lostmotion.characterize.figures import Estimate, hysteresis_loss, lost_motion
 from lostmotion.characterize.stretches import collect
 from lostmotion.characterize.three_slopes import developed
@@ -52,7 +52,7 @@ def figures_of(loop: Loop, seed: int) -> tuple[dict[str, Estimate], float]:
     """Figures by the names of `FIGURES`, without the search for a backlash, and their dof."""
     campaign = campaign_of(loop, seed)
     samples = collect(campaign)
-    fit, curve = torsion_curve(samples)
+    fit, curve = fit_torsion_curve(samples)
     assert fit is not None
     found = dict(curve)
     for share in (0.03, 0.04):
@@ -124,7 +124,7 @@ def test_a_transition_that_ends_behind_a_kink_does_not_move_it(hysteresis: float
     hits, seen = dict.fromkeys(CURVE, 0), dict.fromkeys(CURVE, 0)
     with one_thread():
         for seed in range(40):
-            _, curve = torsion_curve(collect(campaign_of(loop, seed)))
+            _, curve = fit_torsion_curve(collect(campaign_of(loop, seed)))
             for name in CURVE:
                 if curve[name].value is not None:
                     seen[name] += 1

@@ -13,7 +13,6 @@ import numpy.typing as npt
 import pytest
 
 from conftest import DATA
-from lostmotion.backbone import Backbone
 from lostmotion.catalogue import Catalogue
 from lostmotion.commands.compare import show_comparison
 from lostmotion.commands.discover import show_diagnosis
@@ -29,8 +28,9 @@ from lostmotion.effects.library import library
 from lostmotion.errors import InputError
 from lostmotion.fit.drive_file import make_base
 from lostmotion.fit.hysteresis import PLAY_RANGE, PLAYS
-from lostmotion.model import make_backbone
+from lostmotion.model import make_torsion_curve
 from lostmotion.recordings import Campaign, Run, read_campaign
+from lostmotion.torsion_curve import TorsionCurve
 from lostmotion.units import ARCSEC
 
 FloatArray = npt.NDArray[np.float64]
@@ -42,8 +42,8 @@ HALF_WIDTH_NM = 40.0 * float(np.geomspace(*PLAY_RANGE, PLAYS)[5])
 """Half width of the play that is put in: one of the bank of the baseline model, 6.1 N m."""
 
 
-def backbone() -> Backbone:
-    return Backbone(*SHEET.knots(40.0))
+def torsion_curve() -> TorsionCurve:
+    return TorsionCurve(*SHEET.knots(40.0))
 
 
 def play(radius: float, torque: FloatArray, z: float) -> tuple[FloatArray, float]:
@@ -70,7 +70,7 @@ def campaign(
     The play's state continues from run to run; each run has an encoder zero of its own.
     """
     random = np.random.default_rng(seed)
-    curve = backbone()
+    curve = torsion_curve()
     z = 0.0
     made = []
     for i in range(runs):
@@ -95,7 +95,7 @@ def campaign(
 
 
 def test_the_friction_that_was_put_in_is_found_and_the_rest_is_noise() -> None:
-    result = compare(backbone(), campaign(outside=0.0, inside=0.4, scale=1.1))
+    result = compare(torsion_curve(), campaign(outside=0.0, inside=0.4, scale=1.1))
     assert result.friction == "inside"
     # The narrowest play is narrower than a step of the torque, which tells next to nothing of it.
     assert result.base.hysteresis.shares[1:].sum() == pytest.approx(0.4, abs=0.04)
@@ -111,7 +111,7 @@ def test_the_friction_that_was_put_in_is_found_and_the_rest_is_noise() -> None:
 
 
 def test_friction_outside_the_elasticity_is_told_from_friction_inside() -> None:
-    result = compare(backbone(), campaign(outside=2e-5))
+    result = compare(torsion_curve(), campaign(outside=2e-5))
     assert result.friction == "outside"
     inside, outside = result.frictions["inside"], result.frictions["outside"]
     assert outside[1] < 0.7 * inside[1]
@@ -122,22 +122,26 @@ def test_friction_outside_the_elasticity_is_told_from_friction_inside() -> None:
 
 def test_the_base_is_that_of_the_diagnosis() -> None:
     data = campaign(8, inside=0.4, outside=0.0)
-    rung = diagnose(None, data, ratio=100, rated_torque_Nm=40, backbone=backbone()).ladder[0]
-    assert compare(backbone(), data).rms_rad / ARCSEC == pytest.approx(rung["rms_arcsec"], rel=0.02)
+    rung = diagnose(
+        None, data, ratio=100, rated_torque_Nm=40, torsion_curve=torsion_curve()
+    ).ladder[0]
+    assert compare(torsion_curve(), data).rms_rad / ARCSEC == pytest.approx(
+        rung["rms_arcsec"], rel=0.02
+    )
 
 
 def test_memory_goes_on_between_runs() -> None:
     data = campaign(noise=1e-9, inside=0.4, outside=0.0)
-    carried = compare(backbone(), data).rms_rad
+    carried = compare(torsion_curve(), data).rms_rad
     # In another order of the runs their memory does not fit together.
     mixed = Campaign([data.runs[i] for i in (0, 4, 1, 6, 3, 2, 7, 5)])
-    assert compare(backbone(), mixed).rms_rad > 5 * carried
+    assert compare(torsion_curve(), mixed).rms_rad > 5 * carried
 
 
 def test_the_state_before_the_first_sample_is_estimated() -> None:
     data = campaign(noise=1e-9, inside=0.4, outside=0.0)
     later = Campaign(data.runs[1:])  # starts where the first run left the play
-    result = compare(backbone(), later)
+    result = compare(torsion_curve(), later)
     # It stood at 12 - 6 N m; the fall to 0 N m pulls it to the upper edge of its band.
     weights = result.base.hysteresis.shares / result.base.hysteresis.shares.sum()
     assert float(weights @ result.base.hysteresis.start[0]) > 0.8
@@ -145,20 +149,20 @@ def test_the_state_before_the_first_sample_is_estimated() -> None:
 
 def test_some_runs_are_fitted_and_the_others_predicted() -> None:
     data = campaign(6, amplitudes=(40.0, 20.0), inside=0.4, outside=0.0)
-    result = compare(backbone(), data, fit_on=[1, "3", 5])
+    result = compare(torsion_curve(), data, fit_on=[1, "3", 5])
     assert result.seen.tolist() == [True, False] * 3
     assert result.answer()["heldout_by"] == "runs not fitted"
     assert result.heldout_rms_rad == pytest.approx(NOISE, rel=0.25)
     # What happens in a run that is only predicted does not touch the fit.
     other = campaign(6, amplitudes=(40.0, 20.0), inside=0.4, outside=0.0)
     other.runs[1].columns["lost_motion"] = 1.2 * other.runs[1].lost_motion_rad
-    again = compare(backbone(), other, fit_on=[1, 3, 5])
+    again = compare(torsion_curve(), other, fit_on=[1, 3, 5])
     assert again.rms_rad == pytest.approx(result.rms_rad, rel=0.02)
     assert again.heldout_rms_rad > 5 * result.heldout_rms_rad
     with pytest.raises(InputError, match="--fit-on: 7: found no such run, expected one of 1, 2"):
-        compare(backbone(), data, fit_on=[7])
+        compare(torsion_curve(), data, fit_on=[7])
     with pytest.raises(InputError, match="--fit-on: found no run, expected one or more of 1, 2"):
-        compare(backbone(), data, fit_on=[])
+        compare(torsion_curve(), data, fit_on=[])
 
 
 def test_the_width_at_zero_is_that_of_the_loop() -> None:
@@ -178,18 +182,18 @@ def test_a_fitted_drive_is_compared_with_its_effects(tmp_path: Path) -> None:
     )
     drive = read_drive(sheet)
     data = campaign(8, inside=0.4, outside=0.0, gap_per_kelvin=2e-6)
-    fitted = fit_model(drive, data, backbone(), ["thermal_gap"], library())
+    fitted = fit_model(drive, data, torsion_curve(), ["thermal_gap"], library())
     (tmp_path / "fitted.toml").write_text(format_toml(fitted.document(drive)))
     again = read_drive(tmp_path / "fitted.toml")
-    base = make_base(again, data, backbone(), library())
-    result = compare(backbone(), data, base=base)
+    base = make_base(again, data, torsion_curve(), library())
+    result = compare(torsion_curve(), data, base=base)
     assert result.answer()["effects"] == ["thermal_gap"]
     assert result.as_it_stands_rms_rad == pytest.approx(result.rms_rad, rel=0.05)
-    assert result.rms_rad < 0.7 * compare(backbone(), data).rms_rad
+    assert result.rms_rad < 0.7 * compare(torsion_curve(), data).rms_rad
 
 
 def test_a_missing_effect_shows_in_its_covariate() -> None:
-    result = compare(backbone(), campaign(inside=0.4, outside=0.0, gap_per_kelvin=2e-6))
+    result = compare(torsion_curve(), campaign(inside=0.4, outside=0.0, gap_per_kelvin=2e-6))
     by_name = {failure.covariate: failure for failure in result.failures}
     assert {failure.covariate for failure in result.failures[:2]} == {"temperature", "run"}
     assert by_name["temperature"].share > 0.25
@@ -205,24 +209,24 @@ def test_scatter_between_repeats_belongs_to_the_noise_floor() -> None:
     random = np.random.default_rng(5)
     for run in data.runs:
         # Stiffness scatters by 3 % from run to run: no model of the shared columns can know that.
-        run.columns["lost_motion"] = run.lost_motion_rad + random.normal(0, 0.03) * backbone()(
+        run.columns["lost_motion"] = run.lost_motion_rad + random.normal(0, 0.03) * torsion_curve()(
             run.torque_Nm
         )
         run.columns["temperature"][:] = 22.0
-    noise = compare(backbone(), data).noise
+    noise = compare(torsion_curve(), data).noise
     assert noise.between_rad is not None
     assert noise.between_rad > 3 * noise.within_rad
     assert noise.repeats == [[1, 3, 5, 7], [2, 4, 6, 8]]
 
 
 def test_a_run_at_another_temperature_is_no_repeat() -> None:
-    result = compare(backbone(), campaign(gap_per_kelvin=4 * ARCSEC))
+    result = compare(torsion_curve(), campaign(gap_per_kelvin=4 * ARCSEC))
     assert result.rms_rad > 5 * NOISE
     assert result.noise.floor_rad < 1.2 * NOISE
 
 
 def test_runs_that_do_not_repeat_leave_the_noise_within_runs() -> None:
-    noise = compare(backbone(), campaign(4, amplitudes=(40.0, 32.0, 24.0, 16.0))).noise
+    noise = compare(torsion_curve(), campaign(4, amplitudes=(40.0, 32.0, 24.0, 16.0))).noise
     assert noise.between_rad is None
     assert noise.floor_rad == noise.within_rad
     assert noise.floor_rad == pytest.approx(NOISE, rel=0.15)
@@ -237,7 +241,7 @@ def test_white_noise_is_measured_as_it_is() -> None:
 
 
 def test_a_single_run_is_held_out_by_halves() -> None:
-    result = compare(backbone(), campaign(1))
+    result = compare(torsion_curve(), campaign(1))
     assert result.heldout_by == "half of the run"
     assert result.heldout_rms_rad >= result.rms_rad
     assert "run" not in {failure.covariate for failure in result.failures}
@@ -248,7 +252,7 @@ def test_a_single_run_is_held_out_by_halves() -> None:
 
 def test_what_came_out_prints_on_one_line() -> None:
     data = campaign(2)
-    result = compare(backbone(), data)
+    result = compare(torsion_curve(), data)
     assert repr(data) == "<Campaign: 900 samples in 2 runs, 0 findings>"
     assert repr(data.runs[0]).startswith("<Run 1 of synthetic: 450 samples of time, torque, ")
     assert re.fullmatch(
@@ -261,7 +265,7 @@ def test_recordings_without_torque_are_refused() -> None:
     for run in data.runs:
         run.columns["torque"] = np.zeros(len(run))
     with pytest.raises(InputError, match="torque_Nm: found a constant 0 Nm"):
-        compare(backbone(), data)
+        compare(torsion_curve(), data)
 
 
 def test_recordings_whose_lost_motion_stands_still_are_refused() -> None:
@@ -269,18 +273,18 @@ def test_recordings_whose_lost_motion_stands_still_are_refused() -> None:
     for i, run in enumerate(data.runs):
         run.columns["lost_motion"] = np.round(run.lost_motion_rad, 1) + i
     with pytest.raises(InputError, match="lost_motion_rad: found a constant 0 rad, expected a los"):
-        compare(backbone(), data)
+        compare(torsion_curve(), data)
 
 
 def test_what_compare_and_diagnose_set_an_error_against_have_names_of_their_own() -> None:
     data = campaign(6, gap_per_kelvin=2e-6)
     out = io.StringIO()
-    show_comparison(compare(backbone(), data), out)
+    show_comparison(compare(torsion_curve(), data), out)
     alone = "repeatability  .* arcsec  \\(white noise within runs only: no run repeats another\\)"
     assert re.search(alone, out.getvalue())
     for run in data.runs:
         run.columns["temperature"][:] = 22.0
-    show_comparison(compare(backbone(), data), out)
+    show_comparison(compare(torsion_curve(), data), out)
     assert (
         "(white noise within runs and differences between runs that repeat each other)"
         in out.getvalue()
@@ -295,7 +299,9 @@ def test_what_compare_and_diagnose_set_an_error_against_have_names_of_their_own(
 
 def test_the_answer_has_every_promised_key_and_is_json() -> None:
     steps: list[tuple[int, int]] = []
-    result = compare(backbone(), campaign(3), progress=lambda done, of: steps.append((done, of)))
+    result = compare(
+        torsion_curve(), campaign(3), progress=lambda done, of: steps.append((done, of))
+    )
     answer = json.loads(json.dumps(result.answer(), allow_nan=False))
     assert answer["schema"] == "lostmotion.comparison/1"
     for key in ("rms_arcsec", "heldout_rms_arcsec", "noise_floor_arcsec", "explained_share"):
@@ -313,7 +319,7 @@ def test_every_effect_whose_column_lacks_is_told_also_an_own_one() -> None:
     def pull(p: Any, at: Any) -> Any:
         return p.pull_rad_per_N * at.axial_force_N
 
-    found = compare(backbone(), campaign(3), effects={**library(), "pull": pull}).not_testable
+    found = compare(torsion_curve(), campaign(3), effects={**library(), "pull": pull}).not_testable
     assert found["axial_force"] == ["axial_shift", "pull"]
     assert found["tilt_moment"] == ["output_tilt"]
     assert found["cycles"] == ["wear"]
@@ -322,7 +328,7 @@ def test_every_effect_whose_column_lacks_is_told_also_an_own_one() -> None:
 
 
 def test_the_same_data_give_the_same_answer() -> None:
-    one, two = (compare(backbone(), campaign(3)).answer() for _ in range(2))
+    one, two = (compare(torsion_curve(), campaign(3)).answer() for _ in range(2))
     assert one == two
 
 
@@ -331,7 +337,7 @@ def real() -> Comparison:
     folder = DATA / "cycloidal_locked_output"
     drive = read_drive(folder / "drive.toml")
     data = read_campaign(folder, ratio=drive.ratio, mapping=drive.columns)
-    return compare(make_backbone(drive, data.largest_torque_Nm), data)
+    return compare(make_torsion_curve(drive, data.largest_torque_Nm), data)
 
 
 def test_real_loops_of_a_reducer_with_backlash_are_explained(real: Comparison) -> None:
@@ -384,8 +390,8 @@ def test_directions_do_not_turn_with_noise() -> None:
     assert travel[-1] == pytest.approx(-20, abs=0.6)
 
 
-def test_a_backbone_goes_on_beyond_its_knots() -> None:
-    curve = backbone()
+def test_a_torsion_curve_continues_beyond_its_knots() -> None:
+    curve = torsion_curve()
     far: Any = np.array([-100.0, 100.0])
     np.testing.assert_allclose(curve(far), SHEET.angle(far), rtol=1e-12)
 

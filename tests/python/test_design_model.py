@@ -16,7 +16,7 @@ from lostmotion.catalogue import PARTS
 from lostmotion.core import Bits, core
 from lostmotion.drives import parse_drive
 from lostmotion.errors import InputError, LibraryError
-from lostmotion.model import DesignModel, design_model, make_backbone
+from lostmotion.model import DesignModel, design_model, make_torsion_curve
 from lostmotion.predict import clearances, predict
 from lostmotion.structs import DesignKey, design_keys, field_path, make_drive
 from lostmotion.units import ARCMIN
@@ -152,13 +152,13 @@ def test_torques_that_do_not_rise_are_refused_by_the_library() -> None:
         model.characteristic([1.0, 1.0])
 
 
-def test_a_design_becomes_a_backbone_through_zero() -> None:
+def test_a_design_becomes_a_torsion_curve_through_zero() -> None:
     drive = parse_drive(DRAWN)
-    backbone = make_backbone(drive, 60.0)
-    assert backbone.torque_Nm[-1] == 60.0
+    torsion_curve = make_torsion_curve(drive, 60.0)
+    assert torsion_curve.torque_Nm[-1] == 60.0
     torque = np.array([-33.0, 0.0, 7.7, 25.0])
     expected = design_model(drive).characteristic(torque).total_rad
-    np.testing.assert_allclose(backbone(torque), expected, atol=0.002 * ARCMIN)
+    np.testing.assert_allclose(torsion_curve(torque), expected, atol=0.002 * ARCMIN)
 
 
 @st.composite

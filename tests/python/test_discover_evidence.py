@@ -6,10 +6,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from small_campaigns import RATED_NM, RATIO, campaign, torque_of
 
 from lostmotion import rules
-from lostmotion.backbone import run_plays
 from lostmotion.candidates.between_runs import levels, partings, run_drifts, scan
 from lostmotion.candidates.candidate import Candidate
 from lostmotion.candidates.named import named_candidates
@@ -30,6 +28,8 @@ from lostmotion.evidence.overlap import absorbed_share
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.terms import Term
 from lostmotion.recordings import Campaign, Run
+from lostmotion.torsion_curve import run_plays
+from small_campaigns import RATED_NM, RATIO, campaign, torque_of
 
 ARCSEC = np.pi / 180 / 3600
 RUNS, ROWS = 20, 80

@@ -282,7 +282,7 @@ def test_flank_friction_of_a_design_makes_a_loop_that_grows_with_the_torque() ->
     assert 0 < narrow < wide
 
 
-def test_fitted_drive_brings_its_own_backbone_and_friction(
+def test_fitted_drive_brings_its_own_torsion_curve_and_friction(
     write: Write, bought: dict[str, Any]
 ) -> None:
     bought["fit"] = {

@@ -7,10 +7,8 @@ import inspect
 import numpy as np
 import pandas as pd
 import pytest
-from small_campaigns import DRIVE, RATED_NM, RATIO, campaign, gap
 
 import lostmotion as lm
-from lostmotion.backbone import Backbone
 from lostmotion.catalogue import Catalogue
 from lostmotion.compare import compare
 from lostmotion.discover import Diagnosis, FittedModel, diagnose, fit_model
@@ -18,9 +16,11 @@ from lostmotion.drives import Drive, parse_drive, read_drive
 from lostmotion.effects.library import library
 from lostmotion.errors import InputError
 from lostmotion.fit.drive_file import make_base
-from lostmotion.model import make_backbone
+from lostmotion.model import make_torsion_curve
 from lostmotion.predict import predict
 from lostmotion.recordings import QUANTITIES, Campaign
+from lostmotion.torsion_curve import TorsionCurve
+from small_campaigns import DRIVE, RATED_NM, RATIO, campaign, gap
 
 LINE = 400
 """Longest repr, in characters: it is in a cell of a notebook, and in a message."""
@@ -81,20 +81,20 @@ def test_recordings_in_memory_are_those_of_the_file(drive: Drive, warm: Campaign
 def test_a_drive_is_enough(
     drive: Drive, warm: Campaign, found: Diagnosis, fitted: FittedModel
 ) -> None:
-    backbone = make_backbone(drive, warm.largest_torque_Nm)
+    torsion_curve = make_torsion_curve(drive, warm.largest_torque_Nm)
     other = diagnose(
         None,
         warm,
         ratio=drive.ratio,
         rated_torque_Nm=drive.rated_torque_Nm,
-        backbone=backbone,
-        base=make_base(drive, warm, backbone, library()),
+        torsion_curve=torsion_curve,
+        base=make_base(drive, warm, torsion_curve, library()),
     )
     assert found.answer() == other.answer()
-    again = fit_model(drive, warm, backbone, ["thermal_gap"], library())
+    again = fit_model(drive, warm, torsion_curve, ["thermal_gap"], library())
     np.testing.assert_array_equal(fitted.values, again.values)
     # Of its torsion curve alone the rated torque is not known, by which operators are spaced.
-    by_drive, by_curve = compare(drive, warm).answer(), compare(backbone, warm).answer()
+    by_drive, by_curve = compare(drive, warm).answer(), compare(torsion_curve, warm).answer()
     assert by_drive["rms_arcsec"] == pytest.approx(by_curve["rms_arcsec"], rel=1e-3)
     assert by_drive["rms_arcsec"] == pytest.approx(found.ladder[0]["rms_arcsec"], rel=1e-12)
 
@@ -161,6 +161,6 @@ def test_a_torque_that_is_no_number_is_refused() -> None:
         predict(sheet, [])
 
 
-def test_a_backbone_takes_lists() -> None:
-    line = Backbone(np.array([-1.0, 0.0, 1.0]), np.array([-2.0, 0.0, 2.0]))
+def test_a_torsion_curve_takes_lists() -> None:
+    line = TorsionCurve(np.array([-1.0, 0.0, 1.0]), np.array([-2.0, 0.0, 2.0]))
     np.testing.assert_allclose(line([0.5, 3.0]), [1.0, 6.0])

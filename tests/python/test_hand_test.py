@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from loops_of_known_drives import ARCMIN, ARCSEC, Loop
 
+from loops_of_known_drives import ARCMIN, ARCSEC, Loop
 from lostmotion.characterize import characterize, standard_figures
-from lostmotion.characterize.characterization import torsion_curve
+from lostmotion.characterize.characterization import fit_torsion_curve
 from lostmotion.characterize.figures import hysteresis_loss
 from lostmotion.characterize.stretches import collect
 from lostmotion.cli import main
@@ -69,7 +69,7 @@ def test_intervals_of_few_readings_cover_the_truth() -> None:
     with one_thread():
         for seed in range(200):
             samples = collect(campaign_of(readings(path, 1.0 * ARCSEC, seed)))
-            fit, curve = torsion_curve(samples)
+            fit, curve = fit_torsion_curve(samples)
             found = {**curve, "hysteresis": hysteresis_loss(samples, fit)}
             for name, value in truth.items():
                 if found[name].interval is None:

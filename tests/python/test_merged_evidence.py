@@ -9,9 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from small_campaigns import DRIVE, RATED_NM, RATIO, campaign, gap, ripple, write
 
-from lostmotion.backbone import run_plays
 from lostmotion.cli import main
 from lostmotion.discover import diagnose, fit_model
 from lostmotion.discover.common_columns import gather_body
@@ -22,7 +20,9 @@ from lostmotion.errors import InputError
 from lostmotion.evidence.file import Body, load_body
 from lostmotion.evidence.merging import merge_bodies
 from lostmotion.recordings import Campaign
+from lostmotion.torsion_curve import run_plays
 from lostmotion.units import ARCSEC
+from small_campaigns import DRIVE, RATED_NM, RATIO, campaign, gap, ripple, write
 
 
 def diagnosis_of(data: Campaign) -> Any:

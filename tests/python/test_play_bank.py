@@ -11,9 +11,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lostmotion.backbone import run_plays
 from lostmotion.core import Bits, Core, core
 from lostmotion.errors import LibraryError
+from lostmotion.torsion_curve import run_plays
 from lostmotion.units import ARCMIN
 
 # Test set S20: size 20, ratio above 50. Torsion curve K1, K2, K3 of the catalogue; half widths in N
@@ -25,7 +25,7 @@ WEIGHT = 1.5852218e-6 * np.array([1.5, 3.0, 5.0, 6.0])
 TORQUES, STIFFNESSES = (7.0, 25.0), (16e3, 25e3, 29e3)
 
 
-def backbone(torque: npt.NDArray[Any]) -> npt.NDArray[Any]:
+def torsion_curve(torque: npt.NDArray[Any]) -> npt.NDArray[Any]:
     size = np.abs(torque)
     (t1, t2), (k1, k2, k3) = TORQUES, STIFFNESSES
     low, middle = np.minimum(size, t1) / k1, np.clip(size - t1, 0, t2 - t1) / k2
@@ -51,7 +51,7 @@ def angle(c: Core, torque: npt.NDArray[Any]) -> npt.NDArray[Any]:
     c.lib.lm_run_play_bank(
         bank(c), memory, c.pointer(t), t.size, c.pointer(outside, write=True), c.ffi.NULL
     )
-    return backbone(torque) + outside
+    return torsion_curve(torque) + outside
 
 
 def swing(steps: int, *ends: float) -> npt.NDArray[Any]:

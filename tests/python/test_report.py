@@ -23,7 +23,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from shapely.affinity import rotate
 from shapely.geometry import Point, Polygon
-from small_campaigns import DRIVE, campaign, gap, ripple
 
 from conftest import DATA
 from lostmotion.catalogue import PARTS
@@ -34,7 +33,7 @@ from lostmotion.discover.answer import Diagnosis
 from lostmotion.discover.fitted_model import FittedModel, fit_model
 from lostmotion.drives import Drive, format_toml, parse_drive, read_drive
 from lostmotion.effects.library import library
-from lostmotion.model import design_model, make_backbone
+from lostmotion.model import design_model, make_torsion_curve
 from lostmotion.predict import predict
 from lostmotion.recordings import Campaign, Run, read_campaign
 from lostmotion.report import (
@@ -69,6 +68,7 @@ from lostmotion.report.stages import collect_stages
 from lostmotion.report.svg import abridged, signs, simplify, text_width
 from lostmotion.report.wording import with_zeros
 from lostmotion.units import ARCMIN, ARCSEC
+from small_campaigns import DRIVE, campaign, gap, ripple
 
 DRIVES = DATA / "drives"
 LOOPS = DATA / "cycloidal_locked_output"
@@ -140,7 +140,7 @@ def drive_of(name: str) -> Drive:
 def measured() -> tuple[Drive, Comparison]:
     drive = read_drive(LOOPS / "drive.toml")
     campaign = read_campaign([LOOPS], ratio=drive.ratio, mapping=drive.columns)
-    return drive, compare(make_backbone(drive, campaign.largest_torque_Nm), campaign)
+    return drive, compare(make_torsion_curve(drive, campaign.largest_torque_Nm), campaign)
 
 
 @cache
@@ -189,8 +189,8 @@ def section_of(name: str) -> Section:
         if name == "turning fitted":
             model = fit_model(drive, data, None, ["kinematic_error"], library())
             return fit_section(drive, model, [])
-        backbone = make_backbone(drive, data.largest_torque_Nm)
-        return comparison_section(drive, compare(backbone, data), [])
+        torsion_curve = make_torsion_curve(drive, data.largest_torque_Nm)
+        return comparison_section(drive, compare(torsion_curve, data), [])
     if name in ("found", "unexplained", "fitted"):
         drive, result = discovered(name)
         # A drive that was not read from a file has no fingerprint.

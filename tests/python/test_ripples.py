@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from nulls import most
-from small_campaigns import ARCSEC, RATED_NM, RATIO, campaign
 
 from lostmotion.candidates.ripples import ripples
 from lostmotion.discover import diagnose
@@ -16,6 +14,8 @@ from lostmotion.discover.measurement_noise import estimate_noise
 from lostmotion.effects.conditions import Conditions
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.recordings import Campaign
+from nulls import most
+from small_campaigns import ARCSEC, RATED_NM, RATIO, campaign
 
 TURNS = 7.3
 

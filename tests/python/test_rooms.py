@@ -35,7 +35,7 @@ FLOORS = (
 """Rooms from the ground up: each imports from those before it alone."""
 
 GROUND = (
-    "backbone",
+    "torsion_curve",
     "catalogue",
     "core",
     "errors",

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from small_campaigns import ARCSEC, DRIVE, RATED_NM, RATIO, answer_of, campaign, gap
 
-from lostmotion.backbone import run_plays
 from lostmotion.candidates.slipped_teeth import jumps
 from lostmotion.discover import diagnose, library
 from lostmotion.discover.common_columns import gather_body
@@ -16,6 +14,8 @@ from lostmotion.effects.conditions import Conditions
 from lostmotion.evidence.merging import merge_bodies
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.recordings import Campaign, Run
+from lostmotion.torsion_curve import run_plays
+from small_campaigns import ARCSEC, DRIVE, RATED_NM, RATIO, answer_of, campaign, gap
 
 TOOTH_RAD = 2 * np.pi / (2 * RATIO + 2)
 OVERLOAD_NM = 2.5 * RATED_NM

@@ -11,9 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.stats import spearmanr
-from small_campaigns import DRIVE, campaign, gap, write
 
-from lostmotion.backbone import Backbone
 from lostmotion.cli import main
 from lostmotion.commands.discover import show_diagnosis, show_next
 from lostmotion.compare import Comparison, compare
@@ -24,8 +22,10 @@ from lostmotion.effects.loading import load
 from lostmotion.errors import InputError
 from lostmotion.fit.drive_file import term_from
 from lostmotion.recordings import Campaign, Finding, read_campaign, say_findings
+from lostmotion.torsion_curve import TorsionCurve
 from lostmotion.units import ARCSEC
 from lostmotion.workbench.bench import Bench
+from small_campaigns import DRIVE, campaign, gap, write
 
 
 @pytest.fixture(scope="module")
@@ -38,7 +38,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def compare_runs(data: Campaign) -> Comparison:
     torque = np.linspace(-40.0, 40.0, 81)
-    return compare(Backbone(torque, (7.0 * torque + 25.0 * np.tanh(torque / 8.0)) * ARCSEC), data)
+    return compare(
+        TorsionCurve(torque, (7.0 * torque + 25.0 * np.tanh(torque / 8.0)) * ARCSEC), data
+    )
 
 
 def said(capsys: pytest.CaptureFixture[str], *words: str | Path) -> str:

@@ -14,7 +14,7 @@ from scipy.stats import t as student
 
 from lostmotion.drives import Drive, parse_drive
 from lostmotion.errors import InputError
-from lostmotion.model import design_model, fitted_backbone
+from lostmotion.model import design_model, fitted_torsion_curve
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -88,7 +88,7 @@ def target_curve(source: Drive, reach_Nm: float) -> tuple[FloatArray, FloatArray
         torque = np.linspace(reach / POINTS, reach, POINTS)
         sizes = np.array([0.0, source.catalogue.T1_Nm, source.catalogue.T2_Nm])
         return torque, source.catalogue.angle(torque), int(np.sum(sizes < reach))
-    curve = fitted_backbone(source, reach_Nm)
+    curve = fitted_torsion_curve(source, reach_Nm)
     if curve is None:
         raise InputError(
             source.file,

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from lostmotion.backbone import Backbone
 from lostmotion.drives import Drive
-from lostmotion.model import make_backbone
+from lostmotion.model import make_torsion_curve
 from lostmotion.recordings import Campaign, check_scale
 from lostmotion.recordings.gate import check_gate
+from lostmotion.torsion_curve import TorsionCurve
 
 
-def hold_against(campaign: Campaign, drive: Drive) -> Backbone:
+def hold_against(campaign: Campaign, drive: Drive) -> TorsionCurve:
     """Check recordings against a drive file; return its torsion curve up to their torque.
 
     Recordings that differ from the file by a large factor get a finding.
@@ -23,12 +23,12 @@ def hold_against(campaign: Campaign, drive: Drive) -> Backbone:
     campaign.require_variation()
     check_gate(
         campaign,
-        lambda largest: make_backbone(drive, largest),
+        lambda largest: make_torsion_curve(drive, largest),
         drive_file=drive.file,
         ratio=drive.ratio,
         rated_torque_Nm=drive.rated_torque_Nm,
         catalogue=drive.document.get("catalogue", {}),
     )
-    backbone = make_backbone(drive, campaign.largest_torque_Nm)
-    check_scale(campaign, backbone)
-    return backbone
+    torsion_curve = make_torsion_curve(drive, campaign.largest_torque_Nm)
+    check_scale(campaign, torsion_curve)
+    return torsion_curve

@@ -14,17 +14,17 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion import structs
-from lostmotion.backbone import Backbone
 from lostmotion.catalogue import PARTS, REVERSAL_TORQUE_SHARE
 from lostmotion.core import Bits, core
 from lostmotion.drives import KNOT, SLOPE, Drive, numbered
 from lostmotion.errors import InputError
 from lostmotion.structs import Design
+from lostmotion.torsion_curve import TorsionCurve
 
 FloatArray = npt.NDArray[np.float64]
 Array = npt.NDArray[Any]
 
-BACKBONE_TORQUES = 257
+TORSION_CURVE_TORQUES = 257
 """Torques at which a design is evaluated to become a torsion curve."""
 
 PROBABLE_T = 3.0
@@ -377,7 +377,7 @@ def design_model(drive: Drive, bits: Bits = 64) -> DesignModel:
     return DesignModel(drive.design, bits)
 
 
-def make_backbone(drive: Drive, largest_torque_Nm: float) -> Backbone:
+def make_torsion_curve(drive: Drive, largest_torque_Nm: float) -> TorsionCurve:
     """Make the loss-free torsion curve of a drive for comparison with recordings.
 
     Parameters
@@ -388,13 +388,13 @@ def make_backbone(drive: Drive, largest_torque_Nm: float) -> Backbone:
     """
     if drive.catalogue is not None:
         torque, angle = drive.catalogue.knots(largest_torque_Nm)
-        return Backbone(torque, angle)
+        return TorsionCurve(torque, angle)
     model = design_model(drive)
     reach = max(largest_torque_Nm, drive.rated_torque_Nm)
-    torque = np.linspace(-reach, reach, BACKBONE_TORQUES)
-    torque[BACKBONE_TORQUES // 2] = 0.0
+    torque = np.linspace(-reach, reach, TORSION_CURVE_TORQUES)
+    torque[TORSION_CURVE_TORQUES // 2] = 0.0
     found = model.characteristic(torque)
-    return Backbone(torque, np.asarray(found.total_rad, dtype=np.float64))
+    return TorsionCurve(torque, np.asarray(found.total_rad, dtype=np.float64))
 
 
 def fit_values(drive: Drive, pattern: str) -> FloatArray:
@@ -402,7 +402,7 @@ def fit_values(drive: Drive, pattern: str) -> FloatArray:
     return np.array(numbered((drive.fit or {}).get("values", {}), pattern))
 
 
-def fitted_backbone(drive: Drive, reach_Nm: float) -> Backbone | None:
+def fitted_torsion_curve(drive: Drive, reach_Nm: float) -> TorsionCurve | None:
     """Make the loss-free torsion curve of a fit; None if the file has none.
 
     Parameters
@@ -418,7 +418,7 @@ def fitted_backbone(drive: Drive, reach_Nm: float) -> Backbone | None:
         return None
     ends = np.append(knots, max(reach_Nm, 1.1 * knots[-1]))
     rise = np.cumsum(slopes * np.diff(ends, prepend=0.0))
-    return Backbone(
+    return TorsionCurve(
         np.concatenate((-ends[::-1], [0.0], ends)),
         np.concatenate((-rise[::-1], [0.0], rise)),
     )

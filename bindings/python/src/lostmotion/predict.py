@@ -12,7 +12,7 @@ from lostmotion.catalogue import PARTS
 from lostmotion.drives import Drive
 from lostmotion.errors import InputError
 from lostmotion.idealisations import idealisations
-from lostmotion.model import design_model, fitted_backbone, reversal_torque
+from lostmotion.model import design_model, fitted_torsion_curve, reversal_torque
 from lostmotion.results import data_frame, figures
 from lostmotion.sensitivity import hint_sentence, hints, sensitivities
 from lostmotion.structs import without_effect
@@ -90,7 +90,7 @@ def predict(drive: Drive, torque_Nm: npt.ArrayLike, phase_rad: float = 0.0) -> P
 
 def add_fitted(answer: dict[str, Any], drive: Drive, torque_Nm: npt.ArrayLike) -> None:
     """Add the results of a fit to those of the data sheet or drawing."""
-    fitted = fitted_backbone(drive, float(np.max(np.abs(torque_Nm))))
+    fitted = fitted_torsion_curve(drive, float(np.max(np.abs(torque_Nm))))
     if fitted is None:
         return
     answer["fitted_arcmin"] = numbers(fitted(np.asarray(torque_Nm)) / ARCMIN)

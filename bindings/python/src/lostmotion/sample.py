@@ -23,7 +23,6 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.backbone import run_plays
 from lostmotion.cluster import connect, no_dask
 from lostmotion.errors import InputError, one_line
 from lostmotion.recordings import (
@@ -56,6 +55,7 @@ from lostmotion.recordings.soundness import (
     sound_run,
 )
 from lostmotion.threads import cores
+from lostmotion.torsion_curve import run_plays
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]

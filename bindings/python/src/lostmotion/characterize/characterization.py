@@ -151,7 +151,7 @@ def _standard_figures(
 ) -> StandardFigures:
     samples = collect(campaign, angle_rad)
     torques = {share: share * rated_torque_Nm for share in LOST_MOTION_SHARES}
-    fit, curve = torsion_curve(samples)
+    fit, curve = fit_torsion_curve(samples)
     if fit is None:
         return StandardFigures(
             rated_torque_Nm,
@@ -183,7 +183,7 @@ def _standard_figures(
     )
 
 
-def torsion_curve(samples: Samples) -> tuple[CurveFit | None, dict[str, Estimate]]:
+def fit_torsion_curve(samples: Samples) -> tuple[CurveFit | None, dict[str, Estimate]]:
     """Fit as many slopes as the loops identify, at most three."""
     most = values_carried(samples) if samples.torque_Nm.size else 0
     if most == 0:

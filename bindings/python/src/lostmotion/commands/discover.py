@@ -32,7 +32,7 @@ from lostmotion.errors import InputError
 from lostmotion.evidence.file import load_body
 from lostmotion.evidence.merging import merge_bodies
 from lostmotion.files import write_whole
-from lostmotion.model import make_backbone
+from lostmotion.model import make_torsion_curve
 from lostmotion.options import effects_of, ratio_of
 from lostmotion.recordings import (
     Campaign,
@@ -92,12 +92,12 @@ def run_merge(arguments: argparse.Namespace) -> None:
 def diagnosis_of(arguments: argparse.Namespace) -> tuple[Drive, Diagnosis, list[str]]:
     """Diagnose the recordings that the arguments name."""
     effects = effects_of(arguments)
-    drive, campaign, backbone = read_inputs(arguments)
+    drive, campaign, torsion_curve = read_inputs(arguments)
     with Progress("diagnosing", quiet=arguments.quiet) as bar:
         result = diagnose(
             drive,
             campaign,
-            backbone=backbone,
+            torsion_curve=torsion_curve,
             effects=effects,
             friction=getattr(arguments, "friction", None),
             progress=count_pieces(bar),
@@ -108,12 +108,12 @@ def diagnosis_of(arguments: argparse.Namespace) -> tuple[Drive, Diagnosis, list[
 def run_fit(arguments: argparse.Namespace) -> None:
     """``lostmotion fit``."""
     effects = effects_of(arguments)
-    drive, campaign, backbone = read_inputs(arguments)
+    drive, campaign, torsion_curve = read_inputs(arguments)
     with Progress("fitting", quiet=arguments.quiet) as bar:
         model = fit_model(
             drive,
             campaign,
-            backbone,
+            torsion_curve,
             arguments.add,
             effects,
             friction=arguments.friction,
@@ -208,8 +208,8 @@ def run_forecast(arguments: argparse.Namespace) -> None:
     protocol = protocol_of(arguments, drive.protocol)
     plan = read_plan(arguments.data, drive.ratio, mapping, protocol)
     with one_thread():
-        backbone = make_backbone(drive, plan.largest_torque_Nm)
-        answer = forecast(drive, plan, backbone, effects_of(arguments))
+        torsion_curve = make_torsion_curve(drive, plan.largest_torque_Nm)
+        answer = forecast(drive, plan, torsion_curve, effects_of(arguments))
     deliver(answer, arguments, lambda out: show_forecast(answer, out))
 
 

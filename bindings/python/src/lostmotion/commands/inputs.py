@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 
-from lostmotion.backbone import Backbone
 from lostmotion.drives import Drive, read_drive
 from lostmotion.errors import InputError
 from lostmotion.hold_against import hold_against
@@ -12,6 +11,7 @@ from lostmotion.options import read_number
 from lostmotion.recordings import Campaign, Protocol, parse_map
 from lostmotion.recordings.protocol import FREE
 from lostmotion.sample import read_or_sample
+from lostmotion.torsion_curve import TorsionCurve
 
 TORQUE_CONSTANT_MAX = 1e3
 """Largest torque constant of a motor in N m/A; direct drives have some tens."""
@@ -29,7 +29,7 @@ def protocol_of(arguments: argparse.Namespace, stated: Protocol = FREE) -> Proto
     return Protocol(locked, constant)
 
 
-def read_inputs(arguments: argparse.Namespace) -> tuple[Drive, Campaign, Backbone]:
+def read_inputs(arguments: argparse.Namespace) -> tuple[Drive, Campaign, TorsionCurve]:
     """Read the drive and the recordings that the arguments name, and check their consistency."""
     drive = read_drive(arguments.drive)
     mapping = {**drive.columns, **parse_map(arguments.map)}

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.backbone import Backbone
 from lostmotion.characterize import StandardFigures, standard_figures
 from lostmotion.compare.failures import Failure, where_it_fails
 from lostmotion.compare.loops import zero_widths
@@ -33,6 +32,7 @@ from lostmotion.friction import Friction
 from lostmotion.hold_against import hold_against
 from lostmotion.recordings import Campaign, say_findings
 from lostmotion.threads import one_thread
+from lostmotion.torsion_curve import TorsionCurve
 from lostmotion.units import ARCMIN, ARCSEC
 
 FloatArray = npt.NDArray[np.float64]
@@ -246,7 +246,7 @@ class Comparison(WhitenedResult):
 
 
 def compare(
-    drive: Drive | Backbone,
+    drive: Drive | TorsionCurve,
     campaign: Campaign,
     *,
     base: BaselineModel | None = None,
@@ -260,7 +260,7 @@ def compare(
 
     Parameters
     ----------
-    drive : Drive or Backbone
+    drive : Drive or TorsionCurve
         The drive, with the values and effects of a fit if its file has them; or only its loss-free
         torsion curve.
     campaign : Campaign
@@ -290,18 +290,18 @@ def compare(
     InputError
         If the torque of the recordings does not vary, or a run to be fitted does not exist.
     """
-    given_as("compare", "drive", drive, Drive, Backbone)
+    given_as("compare", "drive", drive, Drive, TorsionCurve)
     given_as("compare", "campaign", campaign, Campaign)
     campaign.require_variation()
     known = library() if effects is None else effects
-    if isinstance(drive, Backbone):
-        backbone = drive
+    if isinstance(drive, TorsionCurve):
+        torsion_curve = drive
     else:
-        backbone = hold_against(campaign, drive)
-        base = base or make_base(drive, campaign, backbone, known)
+        torsion_curve = hold_against(campaign, drive)
+        base = base or make_base(drive, campaign, torsion_curve, known)
     with one_thread():
         return _compare(
-            backbone,
+            torsion_curve,
             campaign,
             base,
             known,
@@ -309,12 +309,12 @@ def compare(
             friction,
             seed,
             progress or (lambda *_: None),
-            None if isinstance(drive, Backbone) else drive,
+            None if isinstance(drive, TorsionCurve) else drive,
         )
 
 
 def _compare(
-    backbone: Backbone,
+    torsion_curve: TorsionCurve,
     campaign: Campaign,
     given: BaselineModel | None,
     effects: Mapping[str, Effect],
@@ -327,11 +327,13 @@ def _compare(
     steps = 4
     rated_Nm = None if drive is None else drive.rated_torque_Nm
     torque = campaign.column("torque")
-    inside = given or BaselineModel(Conditions(campaign), float(np.max(np.abs(torque))), backbone)
+    inside = given or BaselineModel(
+        Conditions(campaign), float(np.max(np.abs(torque))), torsion_curve
+    )
     c = inside.conditions
     measured = c.lost_motion - c.run_mean(c.lost_motion)[c.run_of]
     as_sheet = inside.hysteresis.unfitted and not inside.terms
-    stands = backbone(torque) / ARCSEC if as_sheet else inside.at().angle
+    stands = torsion_curve(torque) / ARCSEC if as_sheet else inside.at().angle
     stands = measured - (stands - c.run_mean(stands)[c.run_of])
     seen = runs_to_fit(campaign, fit_on)
     rows = None if seen.all() else seen[c.run_of]

@@ -29,7 +29,7 @@ from lostmotion.evidence.gram import Evidence, gather
 from lostmotion.evidence.noise import Noise
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.hysteresis import PLAY_RANGE, PLAYS
-from lostmotion.fit.torsion_curve import KNOT_RANGE, KNOTS
+from lostmotion.fit.segmented_curve import KNOT_RANGE, KNOTS
 
 TORQUE_WAVES = 32
 """Periods of a ripple over twice the rated torque, finest."""

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lostmotion.backbone import Backbone
 from lostmotion.candidates.slipped_teeth import jumping_effect, slipped_teeth
 from lostmotion.candidates.tangents import at_base, given_values
 from lostmotion.discover.advice import advise
@@ -55,6 +54,7 @@ from lostmotion.friction import Friction
 from lostmotion.hold_against import hold_against
 from lostmotion.recordings import Campaign
 from lostmotion.threads import one_thread
+from lostmotion.torsion_curve import TorsionCurve
 
 REFIT_STEPS = 8
 """Evaluations of a refit from where a fit stands already."""
@@ -82,7 +82,7 @@ def diagnose(
     *,
     ratio: float | None = None,
     rated_torque_Nm: float | None = None,
-    backbone: Backbone | None = None,
+    torsion_curve: TorsionCurve | None = None,
     effects: Mapping[str, Effect] | None = None,
     base: BaselineModel | None = None,
     friction: Friction | None = None,
@@ -99,7 +99,7 @@ def diagnose(
         Runs in the order in which they were made.
     ratio, rated_torque_Nm : float, optional
         Ratio and rated torque if no drive is given.
-    backbone : Backbone, optional
+    torsion_curve : TorsionCurve, optional
         Torsion curve of the drive file, used as start and weak prior.
     effects : mapping, optional
         The effects that may be missing; by default those of the library.
@@ -124,13 +124,13 @@ def diagnose(
         given_as("diagnose", "drive", drive, Drive)
         ratio = drive.ratio if ratio is None else ratio
         rated_torque_Nm = drive.rated_torque_Nm
-        if backbone is None:
-            backbone = hold_against(campaign, drive)
-        base = base or make_base(drive, campaign, backbone, chosen_from)
+        if torsion_curve is None:
+            torsion_curve = hold_against(campaign, drive)
+        base = base or make_base(drive, campaign, torsion_curve, chosen_from)
     if ratio is None or rated_torque_Nm is None:
         expected = "a Drive, or ratio= and rated_torque_Nm="
         raise InputError("diagnose", "drive", "nothing", expected)
-    base = base or BaselineModel(Conditions(campaign), rated_torque_Nm, backbone)
+    base = base or BaselineModel(Conditions(campaign), rated_torque_Nm, torsion_curve)
     if campaign.rows < SAMPLES_LEAST:
         few = fit_few_readings(base)
         if few is not None:

@@ -16,7 +16,6 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion import rules
-from lostmotion.backbone import Backbone
 from lostmotion.discover.answer import not_fitted
 from lostmotion.discover.baseline_fit import fit_baseline, form_beside_effects
 from lostmotion.discover.ladder import make_rungs, told
@@ -46,6 +45,7 @@ from lostmotion.hold_against import hold_against
 from lostmotion.recordings import Campaign
 from lostmotion.results import figures
 from lostmotion.threads import one_thread
+from lostmotion.torsion_curve import TorsionCurve
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -208,7 +208,7 @@ class FittedModel(WhitenedResult):
 def fit_model(
     drive: Drive,
     campaign: Campaign,
-    backbone: Backbone | None = None,
+    torsion_curve: TorsionCurve | None = None,
     add: str | Sequence[str] = (),
     effects: Mapping[str, Effect] | None = None,
     *,
@@ -221,7 +221,7 @@ def fit_model(
     ----------
     drive : Drive
     campaign : Campaign
-    backbone : Backbone, optional
+    torsion_curve : TorsionCurve, optional
         Torsion curve of the drive; by default from its file.
     add : str or sequence of str
         Effects to add, in this order: names, or formulas such as
@@ -235,9 +235,9 @@ def fit_model(
     given_as("fit_model", "drive", drive, Drive)
     given_as("fit_model", "campaign", campaign, Campaign)
     effects = library() if effects is None else effects
-    if backbone is None:
-        backbone = hold_against(campaign, drive)
-    base = make_base(drive, campaign, backbone, effects)
+    if torsion_curve is None:
+        torsion_curve = hold_against(campaign, drive)
+    base = make_base(drive, campaign, torsion_curve, effects)
     chosen = effects_to_add([add] if isinstance(add, str) else add, effects, base)
     if campaign.rows < SAMPLES_LEAST:
         return few_readings_model(base, chosen)

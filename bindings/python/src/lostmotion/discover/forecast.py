@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from lostmotion import rules
-from lostmotion.backbone import Backbone
 from lostmotion.candidates.named import named_candidates
 from lostmotion.discover.contest_round import make_round
 from lostmotion.discover.detectable import detectable
@@ -22,6 +21,7 @@ from lostmotion.evidence.overlap import principal_angles
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.drive_file import require_plan, restore
 from lostmotion.recordings import Campaign
+from lostmotion.torsion_curve import TorsionCurve
 
 USUAL_NOISE_ARCSEC = 1.5
 """Angle noise that is taken for granted where nothing was measured yet."""
@@ -43,12 +43,12 @@ def usual_noise(runs: int) -> Noise:
 def forecast(
     drive: Drive,
     campaign: Campaign,
-    backbone: Backbone | None,
+    torsion_curve: TorsionCurve | None,
     effects: Mapping[str, Effect],
 ) -> dict[str, Any]:
     """Forecast which effects a plan would detect, their smallest sizes, and open pairs."""
     require_plan(campaign)
-    base = BaselineModel(Conditions(campaign), drive.rated_torque_Nm, backbone)
+    base = BaselineModel(Conditions(campaign), drive.rated_torque_Nm, torsion_curve)
     base.curve.mean_slope = float(np.mean(base.curve.prior_slopes))
     base.curve.slopes = base.curve.prior_slopes.copy()
     restore(drive, base, effects)

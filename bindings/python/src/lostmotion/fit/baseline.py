@@ -3,7 +3,7 @@
     T_e = T + sum w_i (z_i - U)
     phi = offset_run + (1 + a_run) B(T_e) + g_run sat(T_e) + sum c_i (z_i - U)
 
-`B` is the torsion curve (`torsion_curve`); the operators z_i follow the envelope U of the torque
+`B` is the torsion curve (`segmented_curve`); the operators z_i follow the envelope U of the torque
 with half widths times (1 + f_run) (`hysteresis`); a, f and g are the deviations of each run
 (`deviations`). Effects act on the torque, the half widths or the angle (`terms`).
 """
@@ -18,7 +18,6 @@ from functools import cache
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.backbone import Backbone
 from lostmotion.effects.conditions import Conditions, side_by_side
 from lostmotion.fit.deviations import DEVIATIONS, GAP, gap_closed, stiffness_factor, width_factor
 from lostmotion.fit.hysteresis import (
@@ -36,9 +35,10 @@ from lostmotion.fit.hysteresis import (
 from lostmotion.fit.least_squares import Solution, bounded_least_squares
 from lostmotion.fit.parameters import Block, Filed, placed, prior_rows
 from lostmotion.fit.point import Point
+from lostmotion.fit.segmented_curve import KNOTS_FILED, SLOPES_FILED, SegmentedCurve
 from lostmotion.fit.sticking import Sticking
 from lostmotion.fit.terms import RUN_SCATTER, Additive, Term
-from lostmotion.fit.torsion_curve import KNOTS_FILED, SLOPES_FILED, TorsionCurve
+from lostmotion.torsion_curve import TorsionCurve
 from lostmotion.units import ARCSEC
 
 FloatArray = npt.NDArray[np.float64]
@@ -65,9 +65,9 @@ class BaselineModel:
 
     Attributes
     ----------
-    sheet : Backbone or None
+    sheet : TorsionCurve or None
         Torsion curve of the data sheet.
-    curve : TorsionCurve
+    curve : SegmentedCurve
     hysteresis : Hysteresis
     widens : bool
         Whether all half widths may be scaled together; campaigns to be merged share them.
@@ -87,7 +87,7 @@ class BaselineModel:
 
     conditions: Conditions
     rated_torque_Nm: float
-    sheet: Backbone | None = None
+    sheet: TorsionCurve | None = None
     terms: list[Term] = field(default_factory=list)
     additives: list[Additive] = field(default_factory=list)
     widens: bool = True
@@ -103,7 +103,7 @@ class BaselineModel:
     def __post_init__(self) -> None:
         c = self.conditions
         self.largest = float(np.max(np.abs(c.torque)))
-        self.curve = TorsionCurve.of_recordings(c, self.largest, self.sheet)
+        self.curve = SegmentedCurve.of_recordings(c, self.largest, self.sheet)
         self.hysteresis = Hysteresis.of_recordings(c, self.largest, self.rated_torque_Nm)
         self.deviations = np.zeros((c.runs, len(DEVIATIONS)))
         self.outlier = np.zeros(c.rows, dtype=bool)
@@ -111,7 +111,7 @@ class BaselineModel:
         self.noise_arcsec = 1.0
 
     def begin_from(self, lost_motion: FloatArray) -> None:
-        """Start with the slopes of a lost motion, see `TorsionCurve.begin_from`."""
+        """Start with the slopes of a lost motion, see `SegmentedCurve.begin_from`."""
         self.curve.begin_from(self.conditions, lost_motion, self.sheet)
 
     def begin_outside(self) -> None:
@@ -145,11 +145,11 @@ class BaselineModel:
         return torque, width, plays, wound
 
     def angles(
-        self, torque: FloatArray, plays: FloatArray, wound: FloatArray, backbone: FloatArray
+        self, torque: FloatArray, plays: FloatArray, wound: FloatArray, torsion_curve: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Elastic angle and total angle."""
         c = self.conditions
-        elastic = stiffness_factor(self.deviations)[c.run_of] * backbone
+        elastic = stiffness_factor(self.deviations)[c.run_of] * torsion_curve
         elastic += self.deviations[:, GAP][c.run_of] * gap_closed(wound, self.rated_torque_Nm)
         if self.hysteresis.outside is not None:
             self.hysteresis.add(elastic, plays, self.hysteresis.outside)
@@ -164,11 +164,11 @@ class BaselineModel:
     def at(self) -> Point:
         """Evaluate the model without the offsets of the runs."""
         torque, width, plays, wound = self.driven()
-        backbone = self.curve.angle(wound)
+        torsion_curve = self.curve.angle(wound)
         stiffness = stiffness_factor(self.deviations)[self.conditions.run_of]
         slope = stiffness * self.curve.slope_at(wound)
-        elastic, angle = self.angles(torque, plays, wound, backbone)
-        return Point(torque, width, plays, wound, stiffness, slope, backbone, elastic, angle)
+        elastic, angle = self.angles(torque, plays, wound, torsion_curve)
+        return Point(torque, width, plays, wound, stiffness, slope, torsion_curve, elastic, angle)
 
     def angle(self) -> FloatArray:
         """Angle of `at` alone, for differences: several times quicker."""
@@ -220,7 +220,7 @@ class BaselineModel:
         a change of the baseline model, and a constant shape does not depend on the deviations.
         """
         return side_by_side(
-            point.stiffness * point.backbone,
+            point.stiffness * point.torsion_curve,
             self.hysteresis.by_width(point),
             gap_closed(point.wound, self.rated_torque_Nm),
             np.ones(self.conditions.rows),

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.backbone import Backbone
 from lostmotion.drives import (
     KNOT,
     PLAY_RADIUS,
@@ -24,6 +23,7 @@ from lostmotion.fit.baseline import FILED, BaselineModel
 from lostmotion.fit.terms import Term
 from lostmotion.model import fit_values
 from lostmotion.recordings import Campaign
+from lostmotion.torsion_curve import TorsionCurve
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -89,11 +89,14 @@ def restore(drive: Drive, base: BaselineModel, effects: Mapping[str, Effect]) ->
 
 
 def make_base(
-    drive: Drive, campaign: Campaign, backbone: Backbone | None, effects: Mapping[str, Effect]
+    drive: Drive,
+    campaign: Campaign,
+    torsion_curve: TorsionCurve | None,
+    effects: Mapping[str, Effect],
 ) -> BaselineModel:
     """Make the baseline model of a drive for a campaign, with the fit and effects of its file."""
     campaign.require_variation()
-    base = BaselineModel(Conditions(campaign), drive.rated_torque_Nm, backbone)
+    base = BaselineModel(Conditions(campaign), drive.rated_torque_Nm, torsion_curve)
     restore(drive, base, effects)
     for term in base.terms:
         require(term.effect, base.conditions)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.characterize.characterization import torsion_curve
+from lostmotion.characterize.characterization import fit_torsion_curve
 from lostmotion.characterize.stretches import Samples, collect
 from lostmotion.characterize.three_slopes import CurveFit, left_out
 from lostmotion.fit.baseline import BaselineModel
@@ -25,7 +25,7 @@ from lostmotion.fit.hysteresis import (
     RADII_FILED,
     SHARES_FILED,
 )
-from lostmotion.fit.torsion_curve import KNOTS_FILED, SLOPES_FILED
+from lostmotion.fit.segmented_curve import KNOTS_FILED, SLOPES_FILED
 from lostmotion.units import ARCSEC
 
 FloatArray = npt.NDArray[np.float64]
@@ -123,7 +123,7 @@ def fit_few_readings(base: BaselineModel) -> FewReadings | None:
         Model of the readings; it receives the values.
     """
     samples = collect(base.conditions.campaign)
-    fit, _ = torsion_curve(samples)
+    fit, _ = fit_torsion_curve(samples)
     if fit is None or np.any(fit.slopes_rad_per_Nm <= 0):
         return None
     curve, hysteresis = base.curve, base.hysteresis

@@ -23,7 +23,6 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.backbone import run_plays
 from lostmotion.core import core
 from lostmotion.drives import (
     PLAY_ENVELOPE,
@@ -36,6 +35,7 @@ from lostmotion.drives import (
 from lostmotion.effects.conditions import Conditions
 from lostmotion.fit.parameters import Block, Filed, Prior, block_names
 from lostmotion.fit.point import Point
+from lostmotion.torsion_curve import run_plays
 from lostmotion.units import ARCSEC
 
 FloatArray = npt.NDArray[np.float64]

@@ -28,7 +28,7 @@ class Point:
         Factor of each run on the torsion curve.
     slope : ndarray
         Derivative of the torsion curve by the torque, with that factor.
-    backbone, elastic, angle : ndarray
+    torsion_curve, elastic, angle : ndarray
         Torsion curve without that factor; elastic angle; with effects of the angle.
     """
 
@@ -38,6 +38,6 @@ class Point:
     wound: FloatArray
     stiffness: FloatArray
     slope: FloatArray
-    backbone: FloatArray
+    torsion_curve: FloatArray
     elastic: FloatArray
     angle: FloatArray

@@ -28,7 +28,7 @@ from lostmotion.fit.hysteresis import (
 )
 from lostmotion.fit.least_squares import SumLimit
 from lostmotion.fit.parameters import Filed
-from lostmotion.fit.torsion_curve import SLOPES_FILED
+from lostmotion.fit.segmented_curve import SLOPES_FILED
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -13,7 +13,7 @@ FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Backbone:
+class TorsionCurve:
     """A loss-free torsion curve as straight lines between knots.
 
     Attributes

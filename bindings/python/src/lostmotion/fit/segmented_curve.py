@@ -12,11 +12,11 @@ from functools import partial
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.backbone import Backbone
 from lostmotion.drives import KNOT, SLOPE
 from lostmotion.effects.conditions import Conditions
 from lostmotion.fit.parameters import Block, Filed, Prior, block_names
 from lostmotion.fit.point import Point
+from lostmotion.torsion_curve import TorsionCurve
 from lostmotion.units import ARCSEC
 
 FloatArray = npt.NDArray[np.float64]
@@ -37,7 +37,7 @@ SLOPES_FILED = Filed("curve.slopes", SLOPE, "slope_rad_per_Nm", ARCSEC)
 
 
 @dataclass
-class TorsionCurve:
+class SegmentedCurve:
     """Piecewise linear torsion curve.
 
     Attributes
@@ -57,8 +57,8 @@ class TorsionCurve:
 
     @classmethod
     def of_recordings(
-        cls, conditions: Conditions, largest_Nm: float, sheet: Backbone | None
-    ) -> TorsionCurve:
+        cls, conditions: Conditions, largest_Nm: float, sheet: TorsionCurve | None
+    ) -> SegmentedCurve:
         """Knots spaced over the recorded torques, slopes as `begin_from` sets them."""
         empty = np.zeros(0)
         curve = cls(largest_Nm * np.geomspace(*KNOT_RANGE, KNOTS), empty, empty, 1.0)
@@ -66,7 +66,7 @@ class TorsionCurve:
         return curve
 
     def begin_from(
-        self, conditions: Conditions, lost_motion: FloatArray, sheet: Backbone | None
+        self, conditions: Conditions, lost_motion: FloatArray, sheet: TorsionCurve | None
     ) -> None:
         """Start with the mean slope of a lost motion, with the slopes of the data sheet as prior.
 
@@ -74,7 +74,7 @@ class TorsionCurve:
         ----------
         lost_motion : ndarray
             As recorded, minus known parts other than elasticity, arc seconds.
-        sheet : Backbone or None
+        sheet : TorsionCurve or None
             Torsion curve of the data sheet.
         """
         c = conditions
@@ -133,6 +133,6 @@ class TorsionCurve:
             filed=SLOPES_FILED,
         )
 
-    def copy(self) -> TorsionCurve:
+    def copy(self) -> SegmentedCurve:
         """An independent copy of the curve."""
         return replace(self, slopes=self.slopes.copy())
