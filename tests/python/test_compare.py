@@ -272,7 +272,9 @@ def test_recordings_whose_lost_motion_stands_still_are_refused() -> None:
     data = campaign(3)
     for i, run in enumerate(data.runs):
         run.columns["lost_motion"] = np.round(run.lost_motion_rad, 1) + i
-    with pytest.raises(InputError, match="lost_motion_rad: found a constant 0 rad, expected a varying los"):
+    with pytest.raises(
+        InputError, match="lost_motion_rad: found a constant 0 rad, expected a varying los"
+    ):
         compare(torsion_curve(), data)
 
 

@@ -95,7 +95,7 @@ def test_check_needs_no_ratio_to_be_right_about_a_turning_joint(tmp_path, capsys
     for more in ([], ["--ratio", "100"]):
         (text,) = findings(turning_joint(tmp_path / "c.csv", dead=True), *more)[1]
         assert "output_angle_rad (run c at" in text
-        assert "wild x 499: the reading stood still while the drive moved" in text
+        assert "wild x 499: constant reading while the drive moved" in text
     for ratio, expected in (("0", "1 to 10000, or"), ("-2e4", "1 to 10000, or"), ("x", "a number")):
         assert main(["check", sound, "--ratio", ratio]) == 2
         assert f"--ratio: found '{ratio}', expected {expected}" in capsys.readouterr().err

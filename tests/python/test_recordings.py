@@ -130,7 +130,7 @@ def test_a_wrong_header_names_file_column_and_what_was_expected(
 
 def test_two_angles_need_the_ratio(write: Write) -> None:
     text = "time_s,torque_Nm,input_angle_rad,output_angle_rad\n0,1,2,3\n"
-    with pytest.raises(InputError, match="no ratio, expected the ratio, which a drive file has"):
+    with pytest.raises(InputError, match="no ratio, expected the ratio, which a drive file states"):
         read_campaign(write(text, "a.csv"))
 
 

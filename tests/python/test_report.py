@@ -623,7 +623,7 @@ def test_findings_stand_before_the_pictures(tmp_path):
     words = ["compare", str(LOOPS / "drive.toml"), str(recording), "--report", str(path)]
     assert main(words) == 0
     text = path.read_text(encoding="utf-8")
-    assert 0 < text.index("wild values") < text.index("<figure>")
+    assert 0 < text.index("outliers") < text.index("<figure>")
 
 
 def test_the_runs_of_a_shape_are_counted_from_one():

@@ -315,7 +315,7 @@ def test_without_rosbags_one_line_says_what_to_install(
     bag = write_bag(tmp_path / "bag", arm(10))
     monkeypatch.setitem(sys.modules, "rosbags.rosbag2", None)
     assert main(["check", str(bag)]) == 2
-    assert "no rosbags to read it, expected pip install 'lostmotion[ros]'" in (
+    assert "the package rosbags is not installed, expected pip install 'lostmotion[ros]'" in (
         capsys.readouterr().err
     )
 

@@ -25,8 +25,8 @@ from lostmotion.keys import Key, read_keys
 from lostmotion.model import (
     design_model,
     fit_values,
-    fitted_backbone,
-    make_backbone,
+    fitted_torsion_curve,
+    make_torsion_curve,
     reversal_torque,
 )
 from lostmotion.units import ARCMIN, ARCSEC
@@ -306,7 +306,7 @@ def make_controller(
     if not 2 <= most <= KNOTS_MAX[profile]:
         raise InputError("--knots", "", str(knots), f"2 to {KNOTS_MAX[profile]}")
     notes: list[str] = []
-    torque, angle = _backbone(drive, limit, most, notes)
+    torque, angle = _torsion_curve(drive, limit, most, notes)
     least = float(np.min(np.diff(angle) / np.diff(torque)))
     outside, inside = _friction(drive, least, notes)
     effects = _effects(drive, own or {})
@@ -342,15 +342,15 @@ def _fits(file: str, key: str, count: int, most: int, profile: Profile) -> None:
         raise InputError(file, key, str(count), expected)
 
 
-def _backbone(
+def _torsion_curve(
     drive: Drive, limit_Nm: float, most: int, notes: list[str]
 ) -> tuple[FloatArray, FloatArray]:
     """Knots of the torsion curve up to the torque limit, reduced if there are too many."""
-    backbone = fitted_backbone(drive, limit_Nm) or make_backbone(drive, limit_Nm)
-    if backbone.torque_Nm.size <= most:
-        return backbone.torque_Nm, backbone.angle_rad
+    torsion_curve = fitted_torsion_curve(drive, limit_Nm) or make_torsion_curve(drive, limit_Nm)
+    if torsion_curve.torque_Nm.size <= most:
+        return torsion_curve.torque_Nm, torsion_curve.angle_rad
     c = core(64)
-    torque, angle = c.array(backbone.torque_Nm), c.array(backbone.angle_rad)
+    torque, angle = c.array(torsion_curve.torque_Nm), c.array(torsion_curve.angle_rad)
     chosen = c.ffi.new("int[]", most)
     error = c.ffi.new("lm_real *")
     fault = c.fault()
