@@ -25,6 +25,9 @@ PLACE = 70
 STUCK = 60
 """Rows for which a channel says the same."""
 
+LONG = 12
+"""Rows for which an amplifier or a converter is at its end: longer than a burst."""
+
 FULL_SCALE = {
     "run": "32767",
     "time_s": "4294967.2950",
@@ -187,6 +190,12 @@ def stretch_faults(name: str) -> list[Fault]:
             _with(clean(), name, held, [cells[held[0]]] * STUCK).text(),
             finding=found if name in ("torque_Nm", "output_angle_rad") else (),
             less=_without(held),
+        ),
+        Fault(
+            f"{name}: full scale for {LONG} samples",
+            _with(clean(), name, held[:LONG], [FULL_SCALE[name]] * LONG).text(),
+            finding=found,
+            less=_without(held[:LONG]),
         ),
         Fault(f"{name}: a stale value, once", _with(clean(), name, [at], [cells[at - 1]]).text()),
         Fault(

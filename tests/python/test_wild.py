@@ -171,6 +171,31 @@ def test_wild_values_are_found_at_a_few_samples_a_loop(
     assert finding.seconds == (pytest.approx(333 * 0.02),)
 
 
+@pytest.mark.parametrize(
+    ("name", "value", "aside"),
+    [("temperature", 85.0, 40), ("cycles", 65535.0, 40), ("axial_force", 500.0, 0)],
+)
+def test_what_cannot_jump_is_set_aside_however_long_it_is_away(
+    name: str, value: float, aside: int
+) -> None:
+    rng = np.random.default_rng(6)
+    torque = loops(900, 100, "sine", rng)
+    columns = {
+        "time": np.arange(900) * 0.1,
+        "torque": torque,
+        "lost_motion": (wound(torque, 1.0) + 0.3 * rng.normal(size=900)) * ARCSEC,
+        "temperature": np.round(23 + 0.004 * np.arange(900), 1),
+        "cycles": np.floor(1e4 + 0.01 * np.arange(900)),
+        "axial_force": np.zeros(900),
+    }
+    columns[name][300:340] = value
+    data = Campaign([Run(1, "a.csv", columns)])
+    set_wild_aside(data)
+    unknown = np.flatnonzero(np.isnan(data.runs[0].columns[name]))
+    np.testing.assert_array_equal(unknown, np.arange(300, 300 + aside))
+    assert sum(finding.count for finding in data.findings) == aside
+
+
 def test_several_wild_values_close_together_are_all_set_aside() -> None:
     rng = np.random.default_rng(2)
     x = np.sin(np.arange(800) / 40) + 0.01 * rng.normal(size=800)

@@ -80,6 +80,10 @@ PLAUSIBLE = {"temperature": (-60.0, 200.0)}
 """Range outside of which a value means that a sensor is off, in the unit of the quantity. Greases
 end at -60 C and 200 C; sensors read -127 or 850 where a wire is open."""
 
+SLOW = ("temperature", "cycles")
+"""Quantities that do not leave and return from one sample to the next, however long between: a
+drive has a heat capacity, and a counter goes on. A force or a moment may be applied in pulses."""
+
 PLAUSIBLE_SHARE = 0.01
 """Least burst in that range: 2.6 K, more than one step of the coarsest sensors."""
 
@@ -102,7 +106,7 @@ def set_wild_aside(campaign: Campaign) -> None:
     for run in campaign.runs:
         for name in sorted(run.columns.keys() - {"time", *CHECKED, *CATEGORIES}):
             values = run.columns[name]
-            wild = wild_values(values, PLAUSIBLE.get(name))
+            wild = wild_values(values, PLAUSIBLE.get(name), name in SLOW)
             if wild.any():
                 run.columns[name] = np.where(wild, np.nan, values)
                 note(campaign, run, name, wild, NOT_USED)
@@ -326,8 +330,8 @@ def standing_out(values: FloatArray, burst: IntArray, found: BoolArray) -> float
     return float(np.max(np.abs(off_neighbours(values, burst, found)))) / usual
 
 
-def wild_values(values: FloatArray, plausible: tuple[float, float] | None) -> BoolArray:
-    """Mark the outliers of a column without a related channel."""
+def wild_values(values: FloatArray, plausible: tuple[float, float] | None, slow: bool) -> BoolArray:
+    """Mark the wild values of a column that nothing checks; `slow` is one of `SLOW`."""
     wild = np.zeros(values.size, dtype=bool)
     known = np.isfinite(values)
     if plausible is not None:
@@ -337,10 +341,33 @@ def wild_values(values: FloatArray, plausible: tuple[float, float] | None) -> Bo
             wild |= beyond
     rows = np.flatnonzero(known & ~wild)
     wild[rows[markers(values[rows], absolute=True)]] = True
-    rows = np.flatnonzero(known & ~wild)
     least = 0.0 if plausible is None else PLAUSIBLE_SHARE * (plausible[1] - plausible[0])
+    if slow:
+        rows = np.flatnonzero(known & ~wild)
+        wild[rows[excursions(values[rows], least)]] = True
+    rows = np.flatnonzero(known & ~wild)
     wild[rows[bursts(values[rows], np.full(rows.size, least / DEVIATIONS), absolute=True)]] = True
     return wild
+
+
+def excursions(values: FloatArray, least: float) -> BoolArray:
+    """Mark the stretches within a run that are far outside of all others, in one step and back."""
+    marked = np.zeros(values.size, dtype=bool)
+    if values.size < 2 * BURST:
+        return marked
+    low, high = np.quantile(values, [0.25, 0.75])
+    reach = max(RANGES * (high - low), least, OWN_DEVIATIONS * scatter(np.diff(values)))
+    outside = (values < low - reach) | (values > high + reach)
+    if np.count_nonzero(outside) > SHARE_MAX * values.size:
+        return marked
+    for stretch in consecutive_rows(outside):
+        first, last = stretch[0], stretch[-1]
+        if first == 0 or last + 1 == values.size:
+            continue
+        away = float(np.min(np.abs(values[stretch] - np.clip(values[stretch], low, high))))
+        step = abs(values[first] - values[first - 1]), abs(values[last + 1] - values[last])
+        marked[stretch] = min(step) > OWN_SHARE * away
+    return marked
 
 
 def wild_clock(time_s: FloatArray) -> BoolArray:
