@@ -88,7 +88,7 @@ typedef enum lm_value_scale {
   LM_SCALE_SAMPLE_TIME = 6, /* time between two samples: smaller values have no effect */
   LM_SCALE_GREATEST = 7,    /* upper bound of the value */
   LM_SCALE_RATIO = 8,       /* given: magnitude of the drive's ratio */
-  LM_SCALE_TOOTH_ANGLE = 9  /* given: angular pitch, rad, of two teeth more than the flexspline */
+  LM_SCALE_TOOTH_ANGLE = 9  /* given: pitch angle, rad, of flexspline teeth + 2 */
 } lm_value_scale;
 
 /* Bits of `traits`. */

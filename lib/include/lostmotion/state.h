@@ -6,7 +6,7 @@
 #define LOSTMOTION_STATE_H
 
 #define LM_STATE_TORQUE_CLIPPED 1u        /* torque above the limit of the parameters: clipped */
-#define LM_STATE_INPUT_REFUSED 2u         /* input not finite or out of range: replaced (model.h) */
+#define LM_STATE_INPUT_REFUSED 2u         /* not finite, or needed and too large: see model.h */
 #define LM_STATE_POSITION_LIMITED 4u      /* the target is beyond the position limit */
 #define LM_STATE_VELOCITY_LIMITED 8u      /* the velocity limit is active */
 #define LM_STATE_ACCELERATION_LIMITED 16u /* the acceleration limit is active */

@@ -73,7 +73,7 @@ lm_status lm_check_motor(const lm_motor *motor, lm_fault *fault);
  * Quasi-static on the output: the load torque equals the torque of the gear. At standstill the
  * factor is 1: the direction of friction is unknown there, and the torque is uncertain by
  * coulomb_Nm * ratio and by the efficiency. Inputs that are not finite give a result that is not
- * finite, which the compensator refuses.*/
+ * finite, which the compensator refuses. */
 lm_real lm_estimate_torque(const lm_motor *motor, lm_real current_A, lm_real velocity_rad_s,
                            lm_real acceleration_rad_s2);
 
