@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import fields
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from lostmotion.core import Core, core
-from lostmotion.errors import InputError, LibraryError
-
-if TYPE_CHECKING:
-    pass
 from lostmotion.controller.effects import known_effects
 from lostmotion.controller.from_drive import Controller
+from lostmotion.core import Core, core
+from lostmotion.errors import InputError, LibraryError
 
 
 def build(controller: Controller, c: Core | None = None) -> Any:

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import json
 import os
-import queue
 import re
 import threading
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from lostmotion.design.by_executor import TICK_SECONDS, ExecutorWork
 from lostmotion.design.engine import FATES, c_string, engine
 from lostmotion.design.left_open import left_open
 from lostmotion.design.progress import OnProgress, ProgressReports
@@ -19,22 +18,15 @@ from lostmotion.design.report import Context, write_search_report
 from lostmotion.design.result import Designs, SearchResult
 from lostmotion.design.spec import Spec, read_spec
 from lostmotion.design.start import Start, starts_of
-from lostmotion.design.tasks import build_mark, do_task
 from lostmotion.drives import format_toml
 from lostmotion.errors import InputError, LostMotionError
 from lostmotion.files import write_whole
 
 DONE, FAILED, BAD_INPUT, STOPPED = 0, 1, 2, 130
 
-AT_WORK: dict[str, object] = {}
+RUNNING: dict[str, object] = {}
 """Run folders of this process by their real path. Its journal is locked against other processes
 only, and opening it once more would end the lock."""
-
-TICK_SECONDS = 0.2
-"""Between two calls of `progress`, and how soon `stop` is seen."""
-
-RETRIES = 20
-"""Workers that one task of a cluster may lose."""
 
 
 def search(
@@ -110,7 +102,7 @@ class _Run:
         self.place = os.path.realpath(folder)
 
     def __enter__(self) -> _Run:
-        if AT_WORK.setdefault(self.place, self) is not self:
+        if RUNNING.setdefault(self.place, self) is not self:
             raise InputError(
                 str(self.folder / "journal.bin"),
                 "",
@@ -120,7 +112,7 @@ class _Run:
         try:
             self.open()
         except BaseException:
-            del AT_WORK[self.place]
+            del RUNNING[self.place]
             raise
         return self
 
@@ -149,7 +141,7 @@ class _Run:
 
     def __exit__(self, *_: object) -> None:
         self.lib.lm_close_run(self.run)
-        del AT_WORK[self.place]
+        del RUNNING[self.place]
 
     def hear(self, said: str) -> None:
         if said:
@@ -223,68 +215,13 @@ class _Run:
 
     def work_by(self, executor: Any, stop: threading.Event | None) -> int:
         """Submit all tasks to an executor."""
-        ffi, lib = self.ffi, self.lib
-        tasks = ffi.new("const lm_task **")
-        while True:
-            count = lib.lm_next_tasks(self.search, tasks)
-            if count == 0:
-                return DONE
-            waiting = {
-                int(tasks[0][i].id): bytes(ffi.buffer(ffi.addressof(tasks[0][i])))
-                for i in range(count)
-                if not lib.lm_is_answered(self.search, tasks[0][i].id)
-            }
-            if not self.do_batch(executor, waiting, stop):
-                return STOPPED
 
-    def do_batch(
-        self, executor: Any, waiting: dict[int, bytes], stop: threading.Event | None
-    ) -> bool:
-        """Run one batch of tasks; False if it was stopped."""
-        mark = build_mark()
-        answers: queue.SimpleQueue[Any] = queue.SimpleQueue()
-        futures = {}
-        shown = time.monotonic()
-        try:
-            for number, task in waiting.items():
-                future = submit(executor, self.spec.text, task, mark)
-                futures[number] = future
-                future.add_done_callback(answers.put)
-            for _ in range(len(waiting)):
-                while True:
-                    if stop is not None and stop.is_set():
-                        return False
-                    try:
-                        future = answers.get(timeout=TICK_SECONDS)
-                        break
-                    except queue.Empty:
-                        self.progress.snapshot()
-                        self.progress.show()
-                self.take(future)
-                if time.monotonic() - shown > TICK_SECONDS:
-                    shown = time.monotonic()
-                    self.progress.snapshot()
-                    self.progress.show()
-            return True
-        finally:
-            for future in futures.values():
-                if not future.done():
-                    future.cancel()
+        def show() -> None:
+            self.progress.snapshot()
+            self.progress.show()
 
-    def take(self, future: Any) -> None:
-        try:
-            data = future.result()
-        except LostMotionError:
-            raise
-        except Exception as error:
-            raise LostMotionError(
-                f"a task was lost by the executor ({type(error).__name__}: {error}); the completed "
-                f"work is in {self.folder}; resume the search to continue"
-            ) from error
-        answer = self.ffi.new("lm_answer *")
-        self.ffi.buffer(answer)[: len(data)] = data
-        if self.lib.lm_take_answer(self.run, answer) != 0:
-            raise LostMotionError(f"{self.folder}: the journal cannot be written")
+        work = ExecutorWork(executor, self.run, self.spec.text, self.folder, show, stop)
+        return DONE if work.do_all() else STOPPED
 
     # --- the end ---
 
@@ -348,13 +285,6 @@ class _Run:
         )
         write_search_report(result, context)
         return result
-
-
-def submit(executor: Any, text: str, task: bytes, mark: tuple[str, int, int]) -> Any:
-    """Submit a task to an executor; a Dask cluster may lose workers while it runs."""
-    if type(executor).__module__.split(".")[0] == "distributed":
-        return executor.submit(do_task, text, task, mark, retries=RETRIES, pure=False)
-    return executor.submit(do_task, text, task, mark)
 
 
 def _register() -> None:
