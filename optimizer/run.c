@@ -185,8 +185,7 @@ static int open_journal(lm_run *run, const char *spec, int resume, char note[LM_
   }
   if (status != LM_OK && errno == EBUSY) {
     return say(note, LM_EXIT_BAD_INPUT,
-               "%s: found a search at work on it, expected one that has ended, or another folder",
-               path);
+               "%s: found a running search, expected a finished search, or another folder", path);
   }
   if (status != LM_OK) {
     return say(note, LM_EXIT_BAD_INPUT, "%s: found %s, expected the journal of a search", path,
@@ -362,7 +361,8 @@ static void say_relaxed(char note[LM_NOTE_MAX], const double relax[], double mod
   }
 }
 
-/* Why there is no design, and the one that comes nearest. Return 1 when a file cannot be written. */
+/* Why there is no design, and the one that comes nearest. Return 1 when a file cannot be written.
+ */
 static int explain(lm_run *run, lm_workspace *workspace, char note[LM_NOTE_MAX]) {
   lm_solution nearest;
   double relax[LM_LIMIT_COUNT];

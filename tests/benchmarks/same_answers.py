@@ -132,7 +132,8 @@ def answer(case: Case, program: Path, folder: Path) -> None:
     if case.kind == "spec":
         run("design", "design", "drive.toml", "-o", "run", "--workers", "1", "--progress", "none")
     elif case.kind == "drive":
-        run("predict", "predict", "drive.toml", "--sensitivity", "--report", "report.html")
+        run("predict", "predict", "drive.toml", "--report", "report.html")
+        run("sensitivity", "predict", "drive.toml", "--sensitivity")
         run("clearances", "clearances", "drive.toml")
         run("drawing", "drawing", "drive.toml", "-o", "drawn", "--csv-only")  # DXF has the time
         run("export", "export", "drive.toml", "-o", "params.h", "--set", "period_us=500")

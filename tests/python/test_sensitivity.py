@@ -71,3 +71,9 @@ def test_predict_prints_hints_and_sensitivity(
     assert main(["predict", str(file), "--json", "-"]) == 0
     answer = json.loads(capsys.readouterr().out)
     assert {one["key"] for one in answer["sensitivity"]} >= {"teeth.face_width_mm"}
+
+
+def test_a_bought_drive_has_no_dimensions(capsys: pytest.CaptureFixture[str]) -> None:
+    file = Path(__file__).parents[1] / "data" / "drives" / "size_25.toml"
+    assert main(["predict", str(file), "--sensitivity"]) == 2
+    assert "size_25.toml: design: found no such table" in capsys.readouterr().err

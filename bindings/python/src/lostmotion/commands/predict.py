@@ -56,6 +56,9 @@ def run_predict(arguments: argparse.Namespace) -> None:
         run_table(arguments)
         return
     drive = read_drive(arguments.drive[0])
+    if arguments.sensitivity and drive.design is None:
+        expected = "[design]: --sensitivity is to its dimensions"
+        raise InputError(drive.file, "design", "no such table", expected)
     phase = math.radians(read_number("--phase-deg", arguments.phase_deg, PHASE_MAX_DEG))
     answer = predict(drive, torque_range(arguments.torque, drive.rated_torque_Nm), phase)
     if arguments.target is not None:
