@@ -4,8 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "lostmotion/characteristic.h"
 #include "lostmotion/radial_gap.h"
+#include "lostmotion/torsion_curve.h"
 #include "run_task.h"
 #include "workspace.h"
 

@@ -266,8 +266,8 @@ static lm_status find_gapless(const lm_problem *problem, const lm_drive *drive,
   for (p = 0; p < problem->phases; p++) {
     const lm_real phase = pitch * LM_REAL(p) / LM_REAL(problem->phases);
     lm_contributions at[LM_GAPLESS_TORQUES];
-    lm_status status = lm_evaluate_characteristic(drive, phase, torque, LM_GAPLESS_TORQUES, at,
-                                                  &gapless[p].mesh, workspace, fault);
+    lm_status status = lm_evaluate_torsion_curve(drive, phase, torque, LM_GAPLESS_TORQUES, at,
+                                                 &gapless[p].mesh, workspace, fault);
     if (status == LM_OK) {
       status = lm_measure_load(drive, torque[2], workspace, &gapless[p].load, fault);
     }

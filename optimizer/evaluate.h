@@ -4,10 +4,10 @@
 #ifndef LOSTMOTION_OPTIMIZER_EVALUATE_H
 #define LOSTMOTION_OPTIMIZER_EVALUATE_H
 
-#include "lostmotion/characteristic.h"
 #include "lostmotion/drive.h"
 #include "lostmotion/load_capacity.h"
 #include "lostmotion/status.h"
+#include "lostmotion/torsion_curve.h"
 #include "problem.h"
 
 LM_BEGIN_DECLS

@@ -3,7 +3,7 @@
 #define LOSTMOTION_OPTIMIZER_WORKSPACE_H
 
 #include "evaluate.h"
-#include "lostmotion/characteristic.h"
+#include "lostmotion/torsion_curve.h"
 #include "points.h"
 
 struct lm_workspace {

@@ -1,4 +1,4 @@
-#include "lostmotion/characteristic.h"
+#include "lostmotion/torsion_curve.h"
 #include "real_math.h"
 #include "refuse.h"
 

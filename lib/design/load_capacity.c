@@ -255,8 +255,8 @@ lm_status lm_find_rated_load(const lm_drive *drive, int phases, lm_design_worksp
         LM_REAL(2) * LM_PI * LM_REAL(p) / LM_REAL(drive->teeth.flexspline_teeth * phases);
     lm_contributions at;
     lm_load here;
-    status = lm_evaluate_characteristic(drive, phase, &drive->rated_torque_Nm, 1, &at, 0, workspace,
-                                        fault);
+    status = lm_evaluate_torsion_curve(drive, phase, &drive->rated_torque_Nm, 1, &at, 0, workspace,
+                                       fault);
     if (status == LM_OK) {
       status = lm_measure_load(drive, drive->rated_torque_Nm, workspace, &here, fault);
     }

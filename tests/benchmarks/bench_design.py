@@ -93,7 +93,7 @@ class Library:
     def characteristic(self) -> None:
         """Take up the load at all torques."""
         self._done(
-            self.c.lib.lm_evaluate_characteristic(
+            self.c.lib.lm_evaluate_torsion_curve(
                 self.drive,
                 0.0,
                 self.torque_pointer,

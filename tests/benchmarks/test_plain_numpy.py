@@ -68,7 +68,7 @@ def test_plain_numpy_agrees_with_the_library(name):
             # Where both ends of the flank are nearly as close, either may be named.
             assert np.mean(np.abs(where[both] - radius[both]) < 0.01) > 0.95
 
-    curve = model.characteristic(torque)
+    curve = model.torsion_curve(torque)
     assert found["total"] == pytest.approx(np.asarray(curve.total_rad), abs=ANGLE_TOLERANCE)
     # How a preloaded mesh shares the angle is a matter of definition.
     if model.mesh_state()["preloaded_pairs"] == 0:
@@ -101,5 +101,5 @@ def test_tuned_numpy_does_the_same_work(name):
     assert gaps[both] == pytest.approx(table.forward_rad[both], abs=1e-4 * ARCMIN)
     # Its teeth are in plane stress and it ends its list of pairs elsewhere: one percent.
     curve = tuned["characteristic"]
-    total = model.characteristic(curve["torque_Nm"]).total_rad
+    total = model.torsion_curve(curve["torque_Nm"]).total_rad
     assert curve["total"] == pytest.approx(np.asarray(total), rel=0.015, abs=1e-9)

@@ -74,7 +74,7 @@ static void the_loads_are_those_of_the_torque(void) {
     drive.teeth.rigid_shift = LM_REAL(3.2); /* clear at both edges */
     TEST_ASSERT_EQUAL(LM_OK, lm_prepare_meshes(&drive, LM_NEUTRAL_LINE_NODES, &workspace, &fault));
     TEST_ASSERT_EQUAL(LM_OK,
-                      lm_evaluate_characteristic(&drive, 0, torque, 1, at, 0, &workspace, &fault));
+                      lm_evaluate_torsion_curve(&drive, 0, torque, 1, at, 0, &workspace, &fault));
     TEST_ASSERT_EQUAL(LM_OK, lm_measure_load(&drive, 40, &workspace, &load, &fault));
     /* 800 N on each lobe at r = 25; pairs touch a little further out */
     ASSERT_NEAR(40, 40e3 / 2 / 25.8, load.radial_force_N / load.wedge);

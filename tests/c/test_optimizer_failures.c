@@ -112,7 +112,7 @@ typedef enum model_call {
   MESHES = 8,
   SMALLEST_GAP = 16,
   CHECKS = 32,
-  CHARACTERISTIC = 64,
+  TORSION_CURVE = 64,
   GAP_TURN = 128,
   LIMITS = 256,
   SAMPLES = 512,
@@ -214,7 +214,7 @@ WRAP_MODEL(CHECKS, lm_check_design,
            (const lm_drive *drive, const lm_mesh meshes[], int sections, const lm_smallest_gap *gap,
             const lm_load *load, lm_check checks[], lm_fault *f),
            (drive, meshes, sections, gap, load, checks, f))
-WRAP_MODEL(CHARACTERISTIC, lm_evaluate_characteristic,
+WRAP_MODEL(TORSION_CURVE, lm_evaluate_torsion_curve,
            (const lm_drive *drive, lm_real phase, const lm_real torque[], int count,
             lm_contributions at[], lm_mesh_state *mesh, lm_design_workspace *w, lm_fault *f),
            (drive, phase, torque, count, at, mesh, w, f))
@@ -428,7 +428,7 @@ static void test_every_refusal_of_the_model_ends_an_evaluation(void) {
     lm_lay_out(&problem, &scan, &layout);
     do {
       lm_status status;
-      watch(MESHES | CHECKS | CHARACTERISTIC | GAP_TURN | LIMITS, ++at);
+      watch(MESHES | CHECKS | TORSION_CURVE | GAP_TURN | LIMITS, ++at);
       status = lm_evaluate_point(&problem, &scan, &layout, 0, middle, result, workspace, NULL);
       TEST_ASSERT_EQUAL_INT(model_failed ? REFUSAL : LM_OK, status);
     } while (model_failed);
@@ -444,7 +444,7 @@ static void test_every_refusal_of_the_model_ends_a_certificate(void) {
   open_problem(limits);
   do {
     lm_status status;
-    watch(POINT_DRIVE | LOOK | MESHES | SMALLEST_GAP | CHECKS | CHARACTERISTIC | LIMITS | SAMPLES |
+    watch(POINT_DRIVE | LOOK | MESHES | SMALLEST_GAP | CHECKS | TORSION_CURVE | LIMITS | SAMPLES |
               EVALUATE_POINT | EVALUATE_SLOPES,
           ++at);
     status = lm_certify(&problem, 0, middle, certificate, workspace, NULL);

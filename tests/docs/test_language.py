@@ -12,7 +12,7 @@ import pytest
 from prose import FENCED, QUOTED, Passage, blanked, files, passages
 
 REPLACED = {
-    "torsion curve": r"(?-i:\bbackbones?\b)(?! :|\(|, elastic)|\bcharacteristics?\b(?!\.h)",
+    "torsion curve": r"(?-i:\bbackbones?\b)(?! :|\(|, elastic)|\bcharacteristics?\b",
     "baseline model": r"\b(the|a|fitted|larger) base(?! (circle|half|tangent|radius|line)| / R)\b"
     r"|\bbase (model\b|\+ )",
     "residual": r"\bwhat is left\b(?! out)|\bleft, arcsec|\bare left;",

@@ -1,8 +1,8 @@
 /* A desktop program. Returns 0 when the library answers in the precision that is expected. */
 #include <stdlib.h>
 
-#include "lostmotion/characteristic.h"
 #include "lostmotion/status.h"
+#include "lostmotion/torsion_curve.h"
 
 int main(int count, char **word) {
   lm_fault fault;

@@ -53,7 +53,7 @@ def test_a_curve_of_the_model_gives_back_its_own_constant() -> None:
     true["design"]["support"] = {"ring_factor": 3.0}
     torque = np.array([2.0, 4.0, 6.0, drawing().rated_torque_Nm * 1.01])
     model = design_model(parse_drive(true))
-    angle = np.concatenate(([0.0], model.characteristic(torque).total_rad))
+    angle = np.concatenate(([0.0], model.torsion_curve(torque).total_rad))
     slopes = np.diff(angle) / np.diff(np.concatenate(([0.0], torque)))
     values = {f"knot_{i + 1}_Nm": t for i, t in enumerate(torque[:-1])}
     values |= {f"slope_{i + 1}_rad_per_Nm": s for i, s in enumerate(slopes)}

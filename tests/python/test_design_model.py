@@ -149,7 +149,7 @@ def test_a_radial_gap_closes_first_and_shows_in_its_own_part() -> None:
 def test_torques_that_do_not_rise_are_refused_by_the_library() -> None:
     model = design_model(parse_drive(DRAWN))
     with pytest.raises(LibraryError, match="torque_Nm: a sequence that must rise does not"):
-        model.characteristic([1.0, 1.0])
+        model.torsion_curve([1.0, 1.0])
 
 
 def test_a_design_becomes_a_torsion_curve_through_zero() -> None:
@@ -157,7 +157,7 @@ def test_a_design_becomes_a_torsion_curve_through_zero() -> None:
     torsion_curve = make_torsion_curve(drive, 60.0)
     assert torsion_curve.torque_Nm[-1] == 60.0
     torque = np.array([-33.0, 0.0, 7.7, 25.0])
-    expected = design_model(drive).characteristic(torque).total_rad
+    expected = design_model(drive).torsion_curve(torque).total_rad
     np.testing.assert_allclose(torsion_curve(torque), expected, atol=0.002 * ARCMIN)
 
 
@@ -202,7 +202,7 @@ def build(document: Document) -> DesignModel:
 
 def evaluate(document: Document, torque: Any) -> Any:
     try:
-        return build(document).characteristic(torque)
+        return build(document).torsion_curve(torque)
     except InputError as error:
         # Teeth that cannot meet, or that run to a point before they meet, are no design.
         assume("teeth that cannot touch" not in str(error) and "tooth_height" not in str(error))
@@ -216,7 +216,7 @@ random_designs = settings(
 
 @random_designs
 @given(designs())
-def test_contributions_add_up_and_the_characteristic_rises_through_zero(document: Document) -> None:
+def test_contributions_add_up_and_the_torsion_curve_rises_through_zero(document: Document) -> None:
     rated = document["drive"]["rated_torque_Nm"]
     found = evaluate(document, np.linspace(-2, 2, 41) * rated)
     scale = found.total_rad[-1]
@@ -230,12 +230,12 @@ def test_contributions_add_up_and_the_characteristic_rises_through_zero(document
 
 @random_designs
 @given(designs(), st.floats(0, 1))
-def test_exchanging_the_flanks_mirrors_the_characteristic(document: Document, at: float) -> None:
+def test_exchanging_the_flanks_mirrors_the_torsion_curve(document: Document, at: float) -> None:
     model = build(document)
     pitch = 2 * np.pi / document["design"]["teeth"]["flexspline_teeth"]
     torque = np.linspace(-1, 1, 9) * document["drive"]["rated_torque_Nm"]
     try:
-        one = model.characteristic(torque).total_rad
+        one = model.torsion_curve(torque).total_rad
     except InputError:
         assume(False)
         return
@@ -258,7 +258,7 @@ def test_tolerances_of_no_width_leave_the_drive_as_drawn(drawn: Document) -> Non
     torque = np.linspace(-40, 40, 9)
     plain, model = toleranced(drawn, []), toleranced(drawn, [exact, exact | {"zone": "teeth"}])
     assert set(model.tolerance_limits().values()) == {0}
-    one, two = plain.characteristic(torque), model.characteristic(torque)
+    one, two = plain.torsion_curve(torque), model.torsion_curve(torque)
     assert one.total_rad.tolist() == two.total_rad.tolist()
 
 
@@ -314,7 +314,7 @@ def test_less_room_between_the_teeth_is_less_clearance_to_take_up(
     for shift in (3.2, 3.0, 2.96, 2.9, 2.8):
         drawn["design"]["teeth"]["rigid_shift"] = shift
         model = toleranced(drawn, [])
-        found = model.characteristic([40.0])
+        found = model.torsion_curve([40.0])
         play = model.mesh_state()["free_play_rad"]
         taken.append((play, float(found.parts_rad["side_clearance"][0])))
     assert taken == sorted(taken, reverse=True)
@@ -345,8 +345,8 @@ def test_both_precisions_agree_within_a_hundredth_of_an_arcmin(document: Documen
     torque = np.linspace(-1, 1, 9) * document["drive"]["rated_torque_Nm"]
     try:
         double, single = DesignModel(design, 64), DesignModel(design, 32)
-        one = double.characteristic(torque).total_rad
-        two = single.characteristic(torque).total_rad
+        one = double.torsion_curve(torque).total_rad
+        two = single.torsion_curve(torque).total_rad
     except InputError:
         assume(False)
         return

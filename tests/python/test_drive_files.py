@@ -416,8 +416,8 @@ def test_what_the_file_leaves_open_is_listed_with_the_value_taken(drawn: Documen
         target[name] = value
     torque = [1.0, 10.0, 40.0]
     full = design_model(parse_drive(drawn))
-    expected = model.characteristic(torque).total_rad
-    assert full.characteristic(torque).total_rad.tolist() == expected.tolist()
+    expected = model.torsion_curve(torque).total_rad
+    assert full.torsion_curve(torque).total_rad.tolist() == expected.tolist()
     assert set(full.defaults()) == {
         f"design.{n}" for n in ("radial_chain", "torsion_chain", "tolerance")
     }

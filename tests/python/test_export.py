@@ -260,13 +260,13 @@ def test_catalogue_figures_come_out_of_the_controller(write: Write, bought: dict
     assert falling - rising == pytest.approx(1 * ARCMIN, rel=1e-3)
 
 
-def test_design_keeps_its_characteristic_within_the_stated_error(
+def test_design_keeps_its_torsion_curve_within_the_stated_error(
     write: Write, drawn: dict[str, Any]
 ) -> None:
     drive = read_drive(write(drawn))
     controller = make_controller(drive)
     torque = np.linspace(-80, 80, 257)
-    exact = design_model(drive).characteristic(torque).total_rad
+    exact = design_model(drive).torsion_curve(torque).total_rad
     straight = np.interp(torque, controller.torque_Nm, controller.angle_rad)
     assert controller.torque_Nm.size == 33
     assert np.max(np.abs(straight - exact)) < 0.1 * ARCSEC

@@ -268,7 +268,7 @@ def test_points_of_arcs_have_the_clearances_of_the_arcs(tmp_path: Path) -> None:
         met = np.isfinite(found)
         # a spline bends evenly where the arcs' curvature jumps
         assert np.allclose(found[met], arcs_rad[met], rtol=0, atol=5e-4 * ARCMIN)
-        assert model.characteristic([-5.0, 5.0]) is not None
+        assert model.torsion_curve([-5.0, 5.0]) is not None
 
 
 def moved(points: list[list[float]], index: int, x: float, y: float) -> list[list[float]]:

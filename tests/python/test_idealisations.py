@@ -25,7 +25,7 @@ def test_catalogue_angles_lie_within_what_is_said(size: int, ratio: int, row: st
     t1, t2 = float(sheet["T1_Nm"]), float(sheet["T2_Nm"])
     k1, k2 = float(sheet["K1_Nm_per_rad"]), float(sheet["K2_Nm_per_rad"])
     model = design_model(parse_drive(textbook_drive(size, ratio, "cosine")[0]))
-    found = model.characteristic([t1, t2]).total_rad
+    found = model.torsion_curve([t1, t2]).total_rad
     low, high = CATALOGUE_OVER_MODEL
     assert low - 0.01 <= t1 / k1 / found[0] <= high + 0.01
     assert low - 0.01 <= (t1 / k1 + (t2 - t1) / k2) / found[1] <= high + 0.01

@@ -447,9 +447,9 @@ def test_numbers_behind_each_picture_survive_the_way_through_csv(name, page):
                 assert read[column] == [str(value) for value in values]
 
 
-def test_characteristic_of_the_page_is_that_of_predict(page):
+def test_torsion_curve_of_the_page_is_that_of_predict(page):
     drive = drive_of("reference_a")
-    read = page.table("characteristic.csv", 1)
+    read = page.table("torsion_curve.csv", 1)
     torque = np.array(read["torque_Nm"], dtype=float)
     # Written to ten digits, torques next to zero differ in them.
     answer = predict(drive, torque)
@@ -477,12 +477,12 @@ def test_empty_cells_stand_for_what_is_not_finite():
     )
 
 
-def test_stages_count_the_teeth_that_the_characteristic_reports():
+def test_stages_count_the_teeth_that_the_torsion_curve_reports():
     drive = drive_of("reference_a")
     model = design_model(drive)
     stages = collect_stages(model, drive.name)
     for torque in (1.0, 17.0, 40.0, 79.0):
-        teeth = int(model.characteristic([torque]).engaged_teeth[0])
+        teeth = int(model.torsion_curve([torque]).engaged_teeth[0])
         assert len(stages.loaded(torque)) == teeth
 
 

@@ -28,7 +28,7 @@ def size20(generator: str, **support: float) -> dict[str, Any]:
 
 def model_of(document: dict[str, Any]) -> DesignModel:
     model = design_model(parse_drive(document))
-    model.characteristic([model.rated_torque_Nm])
+    model.torsion_curve([model.rated_torque_Nm])
     return model
 
 
@@ -97,7 +97,7 @@ def test_gives_of_the_teeth_are_those_of_a_ring_on_springs(generator: str) -> No
 def deflection(document: dict[str, Any]) -> float:
     """One-sided deflection at rated torque."""
     model = model_of(document)
-    return float(model.characteristic([model.rated_torque_Nm]).total_rad[0])
+    return float(model.torsion_curve([model.rated_torque_Nm]).total_rad[0])
 
 
 def test_generators_differ_in_deflection() -> None:
@@ -112,7 +112,7 @@ def untwisted(document: dict[str, Any]) -> float:
     The slope there is no measure: it jumps where a pair begins to carry.
     """
     model = model_of(document)
-    found = model.characteristic([2.0 * model.rated_torque_Nm])
+    found = model.torsion_curve([2.0 * model.rated_torque_Nm])
     return float(found.total_rad[0] - found.parts_rad["torsion"][0])
 
 

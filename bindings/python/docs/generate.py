@@ -24,7 +24,7 @@ GROUPS = {
             "tooth_bending",
             "tolerance",
             "checks",
-            "characteristic",
+            "torsion_curve",
         ),
     ),
     "Runtime: what a motor controller links": (

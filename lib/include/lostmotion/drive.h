@@ -1,7 +1,7 @@
 /* A strain-wave drive as its designer knows it: the one struct that the design model starts from.
  *
  * Way of the data: drive (this struct) -> geometry and neutral line (shape.h) -> clearances
- * (mesh.h) -> take-up under load (takeup.h) -> torsion curve (characteristic.h) -> compact curve
+ * (mesh.h) -> take-up under load (takeup.h) -> torsion curve (torsion_curve.h) -> compact curve
  * (curve.h) for the controller.
  *
  * Conventions, everywhere in the design model:

@@ -8,9 +8,9 @@
 #ifndef LOSTMOTION_LOAD_CAPACITY_H
 #define LOSTMOTION_LOAD_CAPACITY_H
 
-#include "lostmotion/characteristic.h"
 #include "lostmotion/real.h"
 #include "lostmotion/status.h"
+#include "lostmotion/torsion_curve.h"
 
 LM_BEGIN_DECLS
 
@@ -29,14 +29,14 @@ typedef struct lm_load {
   lm_real ratcheting_torque_Nm; /* at which the deflection is the depth */
 } lm_load;
 
-/* From the last torque, a positive one, of the last lm_evaluate_characteristic in this workspace.
+/* From the last torque, a positive one, of the last lm_evaluate_torsion_curve in this workspace.
  * LM_NULL, LM_OUT_OF_RANGE ("torque_Nm" not positive), LM_NO_CONTACT when no pair carries. */
 lm_status lm_measure_load(const lm_drive *drive, lm_real torque_Nm,
                           const lm_design_workspace *workspace, lm_load *load, lm_fault *fault);
 
 /* The largest of `phases` tooth phases at rated torque, item by item (the least ratcheting torque).
  * Fills workspace->meshes (LM_NEUTRAL_LINE_NODES) and evaluates. Errors as
- * lm_evaluate_characteristic. */
+ * lm_evaluate_torsion_curve. */
 lm_status lm_find_rated_load(const lm_drive *drive, int phases, lm_design_workspace *workspace,
                              lm_load *load, lm_fault *fault);
 

@@ -148,13 +148,13 @@ def calibrate(drawing: Drive, source: Drive, names: Sequence[str] = DEFAULT) -> 
     def angles(logs: FloatArray) -> FloatArray:
         values = {n: float(s * np.exp(x)) for n, s, x in zip(names, start, logs, strict=True)}
         model = design_model(with_constants(drawing, values))
-        return np.asarray(model.characteristic(torque).total_rad, dtype=np.float64)
+        return np.asarray(model.torsion_curve(torque).total_rad, dtype=np.float64)
 
     def residual(logs: FloatArray) -> FloatArray:
         apart: FloatArray = (angles(logs) - target) / target[-1]
         return apart
 
-    before = np.asarray(design_model(drawing).characteristic(torque).total_rad, dtype=np.float64)
+    before = np.asarray(design_model(drawing).torsion_curve(torque).total_rad, dtype=np.float64)
     bound = np.log(FACTOR_MOST)
     found = least_squares(
         residual, np.zeros(len(names)), bounds=(-bound, bound), diff_step=STEP, x_scale=1.0

@@ -52,7 +52,7 @@ class Clearances:
 
 
 @dataclass(frozen=True)
-class Characteristic:
+class DesignCurve:
     """One-sided deflection by torque and its contributions, which add up to it."""
 
     torque_Nm: Array
@@ -195,7 +195,7 @@ class DesignModel:
             table["backward"]["radius_mm"],
         )
 
-    def characteristic(self, torque_Nm: npt.ArrayLike, phase_rad: float = 0.0) -> Characteristic:
+    def torsion_curve(self, torque_Nm: npt.ArrayLike, phase_rad: float = 0.0) -> DesignCurve:
         """Deflection and contributions at rising torques.
 
         Raises
@@ -209,7 +209,7 @@ class DesignModel:
         torque = c.array(np.atleast_1d(torque_Nm))
         pieces = np.array_split(torque, max(1, -(-torque.size // c.lib.LM_TORQUES_MAX)))
         table = np.concatenate([self._contributions(piece, phase_rad) for piece in pieces])
-        return Characteristic(
+        return DesignCurve(
             torque,
             table["total_rad"],
             {part: table[f"{part}_rad"] for part in PARTS},
@@ -225,7 +225,7 @@ class DesignModel:
         torque = np.ascontiguousarray(torque_Nm)
         found = c.ffi.new("lm_contributions[]", max(1, torque.size))
         self._call(
-            lambda fault: c.lib.lm_evaluate_characteristic(
+            lambda fault: c.lib.lm_evaluate_torsion_curve(
                 self.drive,
                 phase_rad,
                 c.pointer(torque),
@@ -245,7 +245,7 @@ class DesignModel:
         found = c.ffi.new("lm_contributions[]", 1)
         state = c.ffi.new("lm_mesh_state *")
         self._call(
-            lambda fault: c.lib.lm_evaluate_characteristic(
+            lambda fault: c.lib.lm_evaluate_torsion_curve(
                 self.drive, phase_rad, c.pointer(torque), 1, found, state, self._workspace, fault
             )
         )
@@ -393,7 +393,7 @@ def make_torsion_curve(drive: Drive, largest_torque_Nm: float) -> TorsionCurve:
     reach = max(largest_torque_Nm, drive.rated_torque_Nm)
     torque = np.linspace(-reach, reach, TORSION_CURVE_TORQUES)
     torque[TORSION_CURVE_TORQUES // 2] = 0.0
-    found = model.characteristic(torque)
+    found = model.torsion_curve(torque)
     return TorsionCurve(torque, np.asarray(found.total_rad, dtype=np.float64))
 
 

@@ -131,7 +131,7 @@ def _catalogue(drive: Drive, torque_Nm: npt.ArrayLike) -> dict[str, Any]:
 
 def _design(drive: Drive, torque_Nm: npt.ArrayLike, phase_rad: float) -> dict[str, Any]:
     model = design_model(drive)
-    found = model.characteristic(torque_Nm, phase_rad)
+    found = model.torsion_curve(torque_Nm, phase_rad)
     at = reversal_torque(drive)
     limits = model.tolerance_limits()
     state = model.mesh_state(phase_rad)

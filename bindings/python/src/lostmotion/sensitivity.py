@@ -98,7 +98,7 @@ def stated(drive: Drive, key: str) -> float | None:
 def figures_of(drive: Drive, reversal_Nm: float) -> tuple[float, float, float]:
     """Lost motion in arcmin, stiffness at rated torque, and 1 / fatigue safety."""
     model = design_model(drive)
-    stiffness = float(model.characteristic([drive.rated_torque_Nm]).stiffness_Nm_per_rad[0])
+    stiffness = float(model.torsion_curve([drive.rated_torque_Nm]).stiffness_Nm_per_rad[0])
     safety = next(c.value for c in model.checks() if c.name == "safety_factor")
     return model.reversal_lost_motion(reversal_Nm) / ARCMIN, stiffness, 1.0 / safety
 

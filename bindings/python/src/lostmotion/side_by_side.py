@@ -119,7 +119,7 @@ def drive_row(drive: Drive) -> dict[str, Any]:
         turned, stiffness = sheet.angle([rated]), sheet.stiffness([rated])
     else:
         model = design_model(drive)
-        found = model.characteristic([rated])
+        found = model.torsion_curve([rated])
         turned, stiffness = found.total_rad, found.stiffness_Nm_per_rad
         reversal = model.reversal_lost_motion(at)
         gap_mm = model.tolerance_limits()["worst_max"]

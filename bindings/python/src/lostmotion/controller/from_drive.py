@@ -452,7 +452,7 @@ def _friction(
 
 def _flank_half_width(drive: Drive) -> float:
     """Half width of the loop that flank friction makes, over the torque, rad/(N m)."""
-    found = design_model(drive).characteristic(np.array([drive.rated_torque_Nm]))
+    found = design_model(drive).torsion_curve(np.array([drive.rated_torque_Nm]))
     return float(found.friction_half_width_rad[0]) / drive.rated_torque_Nm
 
 

@@ -116,7 +116,7 @@ def contributions_figure(data: Contributions) -> Figure:
         f"Torsion curve of {data.name}",
         signs(caption),
         lambda width: draw_contributions(data, width),
-        FigureData("characteristic", columns),
+        FigureData("torsion_curve", columns),
     )
 
 

@@ -74,7 +74,7 @@ def collect_stages(model: DesignModel, name: str, phase_rad: float = 0.0) -> Sta
     found = c.ffi.new("lm_contributions[]", 1)
     state = c.ffi.new("lm_mesh_state *")
     c.check(
-        c.lib.lm_evaluate_characteristic(
+        c.lib.lm_evaluate_torsion_curve(
             model.drive, phase_rad, c.pointer(torque), 1, found, state, workspace, fault
         ),
         fault,

@@ -8,8 +8,8 @@
  * All act one behind the other under the same torque, so their angles add. phi is the ONE-SIDED
  * deflection, from the torque-free middle; lost motion of a reversal is phi(+T) - phi(-T).
  */
-#ifndef LOSTMOTION_CHARACTERISTIC_H
-#define LOSTMOTION_CHARACTERISTIC_H
+#ifndef LOSTMOTION_TORSION_CURVE_H
+#define LOSTMOTION_TORSION_CURVE_H
 
 #include "lostmotion/drive.h"
 #include "lostmotion/mesh.h"
@@ -97,10 +97,10 @@ lm_status lm_prepare_meshes(const lm_drive *drive, int nodes, lm_design_workspac
  * contacts in workspace->contacts. LM_NULL, LM_NOT_FINITE, LM_OUT_OF_RANGE, LM_NOT_MONOTONE;
  * LM_NO_CONTACT when the teeth of a flank cannot meet within the limits of drive.support. On error
  * contributions[] is not complete. */
-lm_status lm_evaluate_characteristic(const lm_drive *drive, lm_real phase_rad,
-                                     const lm_real torque_Nm[], int count,
-                                     lm_contributions contributions[], lm_mesh_state *state,
-                                     lm_design_workspace *workspace, lm_fault *fault);
+lm_status lm_evaluate_torsion_curve(const lm_drive *drive, lm_real phase_rad,
+                                    const lm_real torque_Nm[], int count,
+                                    lm_contributions contributions[], lm_mesh_state *state,
+                                    lm_design_workspace *workspace, lm_fault *fault);
 
 /* Lost motion of a reversal, phi(+T) - phi(-T), torque_Nm > 0. Same preparation and errors. */
 lm_status lm_reversal_lost_motion(const lm_drive *drive, lm_real phase_rad, lm_real torque_Nm,

@@ -1,4 +1,4 @@
-#include "lostmotion/characteristic.h"
+#include "lostmotion/torsion_curve.h"
 
 #include <string.h>
 #include <unity.h>
@@ -34,8 +34,8 @@ static lm_drive calibrated(void) {
 
 static void evaluate(const lm_drive *drive, lm_real phase, const lm_real torque[], int count) {
   TEST_ASSERT_EQUAL(LM_OK, lm_prepare_meshes(drive, LM_NEUTRAL_LINE_NODES, &workspace, &fault));
-  TEST_ASSERT_EQUAL(LM_OK, lm_evaluate_characteristic(drive, phase, torque, count, point, &state,
-                                                      &workspace, &fault));
+  TEST_ASSERT_EQUAL(LM_OK, lm_evaluate_torsion_curve(drive, phase, torque, count, point, &state,
+                                                     &workspace, &fault));
 }
 
 static void even_torques(lm_real torque[], int count, lm_real limit) {
@@ -52,7 +52,7 @@ static lm_real sum_of_parts(const lm_contributions *c) {
 
 /* check_values.md, catalogue: size 20 above ratio 50: 1.504, 3.979, 10.499 arcmin at T1, T2, 2
  * T_N. Bars: a factor of 4 from first principles, 3 % with the two constants. */
-static void characteristic_against_the_catalogue(void) {
+static void torsion_curve_against_the_catalogue(void) {
   const lm_real torque[] = {7, 25, 80};
   const double catalogue[] = {1.504, 3.979, 10.499};
   lm_drive drive = calibrated();
@@ -133,7 +133,7 @@ static void parts_add_up_and_the_sum_is_monotone_through_zero(void) {
 
 /* At phase 0 the mesh is symmetric: a reversed torque gives the reversed angle; at other phases the
  * mirrored phase does. */
-static void exchanging_the_flanks_mirrors_the_characteristic(void) {
+static void exchanging_the_flanks_mirrors_the_torsion_curve(void) {
   const lm_drive drive = rich();
   lm_contributions first[9];
   lm_real torque[9];
@@ -412,7 +412,7 @@ static void refining_the_grid_converges(void) {
   }
   TEST_ASSERT_EQUAL(LM_OK, lm_prepare_meshes(&drive, 256, &workspace, &fault));
   TEST_ASSERT_EQUAL(
-      LM_OK, lm_evaluate_characteristic(&drive, 0, torque, 3, point, &state, &workspace, &fault));
+      LM_OK, lm_evaluate_torsion_curve(&drive, 0, torque, 3, point, &state, &workspace, &fault));
   for (i = 0; i < 3; i++) {
     ASSERT_NEAR(BOUND(2e-6, 2e-3), total[i], in_arcmin(point[i].total_rad));
   }
@@ -424,7 +424,7 @@ static void nonsense_is_refused(void) {
   lm_real result = 0;
   lm_status (*const f)(const lm_drive *, lm_real, const lm_real[], int, lm_contributions[],
                        lm_mesh_state *, lm_design_workspace *, lm_fault *) =
-      lm_evaluate_characteristic;
+      lm_evaluate_torsion_curve;
   evaluate(&drive, 0, torque, 2);
   TEST_ASSERT_EQUAL(LM_NULL, lm_prepare_meshes(0, 64, &workspace, &fault));
   TEST_ASSERT_EQUAL(LM_NULL, lm_prepare_meshes(&drive, 64, 0, &fault));
@@ -458,29 +458,29 @@ static void refusals_of_the_parts_come_through(void) {
   evaluate(&good, 0, torque, 1);
   drive.support.ring_stiffness_N_mm2 = 0;
   TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE,
-                    lm_evaluate_characteristic(&drive, 0, torque, 1, point, 0, &workspace, &fault));
+                    lm_evaluate_torsion_curve(&drive, 0, torque, 1, point, 0, &workspace, &fault));
   TEST_ASSERT_EQUAL_STRING("support.ring_stiffness_N_mm2", fault.input);
   drive = good;
   drive.gap.generator_mm = LM_REAL(200);
   TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE,
-                    lm_evaluate_characteristic(&drive, 0, torque, 1, point, 0, &workspace, &fault));
+                    lm_evaluate_torsion_curve(&drive, 0, torque, 1, point, 0, &workspace, &fault));
   drive = good;
   drive.gap.ring_stiffness_N_per_mm = 0;
   TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE,
-                    lm_evaluate_characteristic(&drive, 0, torque, 1, point, 0, &workspace, &fault));
+                    lm_evaluate_torsion_curve(&drive, 0, torque, 1, point, 0, &workspace, &fault));
   drive = good;
   drive.torsion[0].ratio = 0;
   TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE,
-                    lm_evaluate_characteristic(&drive, 0, torque, 1, point, 0, &workspace, &fault));
+                    lm_evaluate_torsion_curve(&drive, 0, torque, 1, point, 0, &workspace, &fault));
   drive = good;
   drive.radial_law_count = 1;
   drive.radial_laws[0].exponent = LM_REAL(9);
   TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE,
-                    lm_evaluate_characteristic(&drive, 0, torque, 1, point, 0, &workspace, &fault));
+                    lm_evaluate_torsion_curve(&drive, 0, torque, 1, point, 0, &workspace, &fault));
   drive = good;
   drive.support.engagement_limit_rad = LM_REAL(-1);
   TEST_ASSERT_EQUAL(LM_NO_CONTACT,
-                    lm_evaluate_characteristic(&drive, 0, torque, 1, point, 0, &workspace, &fault));
+                    lm_evaluate_torsion_curve(&drive, 0, torque, 1, point, 0, &workspace, &fault));
   TEST_ASSERT_EQUAL_STRING("teeth.engagement_depth", fault.input);
   drive = good;
   drive.axial_sections = 8;
@@ -543,8 +543,8 @@ static void pairs_without_a_compliance_are_refused(void) {
         drive.teeth.rigid_shift = LM_REAL(50);
       }
       TEST_ASSERT_EQUAL(LM_OK, lm_prepare_meshes(&good, LM_NEUTRAL_LINE_NODES, &workspace, &fault));
-      TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE, lm_evaluate_characteristic(&drive, 0, torque, 1, point, 0,
-                                                                    &workspace, &fault));
+      TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE, lm_evaluate_torsion_curve(&drive, 0, torque, 1, point, 0,
+                                                                   &workspace, &fault));
     }
   }
 }
@@ -564,10 +564,10 @@ static void phases_one_after_the_other_give_the_bits_of_each_alone(void) {
       const lm_real phase = PITCH * LM_REAL(p) / LM_REAL(4);
       memset(&fresh, 0, sizeof fresh);
       TEST_ASSERT_EQUAL(LM_OK, lm_prepare_meshes(&drive[d], LM_NEUTRAL_LINE_NODES, &fresh, &fault));
-      TEST_ASSERT_EQUAL(LM_OK, lm_evaluate_characteristic(&drive[d], phase, torque, 3, alone,
-                                                          &state, &fresh, &fault));
-      TEST_ASSERT_EQUAL(LM_OK, lm_evaluate_characteristic(&drive[d], phase, torque, 3, point,
-                                                          &state, &workspace, &fault));
+      TEST_ASSERT_EQUAL(LM_OK, lm_evaluate_torsion_curve(&drive[d], phase, torque, 3, alone, &state,
+                                                         &fresh, &fault));
+      TEST_ASSERT_EQUAL(LM_OK, lm_evaluate_torsion_curve(&drive[d], phase, torque, 3, point, &state,
+                                                         &workspace, &fault));
       TEST_ASSERT_EQUAL_MEMORY(alone, point, sizeof alone);
     }
   }
@@ -584,11 +584,11 @@ static void pointed_teeth_are_refused_by_their_height(void) {
   drive = completed(drive);
   TEST_ASSERT_EQUAL(LM_OK, lm_prepare_meshes(&drive, LM_NEUTRAL_LINE_NODES, &workspace, &fault));
   TEST_ASSERT_EQUAL(LM_INCONSISTENT,
-                    lm_evaluate_characteristic(&drive, 0, torque, 1, point, 0, &workspace, &fault));
+                    lm_evaluate_torsion_curve(&drive, 0, torque, 1, point, 0, &workspace, &fault));
   TEST_ASSERT_EQUAL_STRING("teeth.tooth_height", fault.input);
   TEST_ASSERT_TRUE(fault.found <= 0);
   TEST_ASSERT_EQUAL(LM_INCONSISTENT,
-                    lm_evaluate_characteristic(&drive, 0, torque, 1, point, 0, &workspace, &fault));
+                    lm_evaluate_torsion_curve(&drive, 0, torque, 1, point, 0, &workspace, &fault));
 }
 
 /* --- compact curve -------------------------------------------------------------------------------
@@ -615,7 +615,7 @@ static void knots_of_a_straight_line_are_free(void) {
 
 /* The curve of a real drive: the error falls with the knots, is the true largest distance, zero is
  * a knot, and 33 knots keep the size 20 within 0.01 arcmin. */
-static void knots_follow_the_characteristic(void) {
+static void knots_follow_the_torsion_curve(void) {
   static lm_real torque[257];
   static lm_real angle[257];
   const int counts[] = {3, 16, 33, 64, 257};
@@ -689,10 +689,10 @@ static void samples_that_make_no_curve_are_refused(void) {
 
 int main(void) {
   UNITY_BEGIN();
-  RUN_TEST(characteristic_against_the_catalogue);
+  RUN_TEST(torsion_curve_against_the_catalogue);
   RUN_TEST(mesh_share_and_engaged_teeth_of_the_reference);
   RUN_TEST(parts_add_up_and_the_sum_is_monotone_through_zero);
-  RUN_TEST(exchanging_the_flanks_mirrors_the_characteristic);
+  RUN_TEST(exchanging_the_flanks_mirrors_the_torsion_curve);
   RUN_TEST(stiffness_is_the_slope);
   RUN_TEST(radial_gap_closes_at_its_torque);
   RUN_TEST(tolerance_chain_shifts_the_gap);
@@ -712,7 +712,7 @@ int main(void) {
   RUN_TEST(phases_one_after_the_other_give_the_bits_of_each_alone);
   RUN_TEST(pointed_teeth_are_refused_by_their_height);
   RUN_TEST(knots_of_a_straight_line_are_free);
-  RUN_TEST(knots_follow_the_characteristic);
+  RUN_TEST(knots_follow_the_torsion_curve);
   RUN_TEST(samples_that_make_no_curve_are_refused);
   return UNITY_END();
 }

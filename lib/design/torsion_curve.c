@@ -1,4 +1,4 @@
-#include "lostmotion/characteristic.h"
+#include "lostmotion/torsion_curve.h"
 #include "lostmotion/radial_gap.h"
 #include "lostmotion/rim_support.h"
 #include "lostmotion/tooth_bending.h"
@@ -512,10 +512,10 @@ static lm_status add_chains(const lm_drive *drive, const lm_mesh_state *state, l
   return LM_OK;
 }
 
-lm_status lm_evaluate_characteristic(const lm_drive *drive, lm_real phase_rad,
-                                     const lm_real torque_Nm[], int count,
-                                     lm_contributions contributions[], lm_mesh_state *state,
-                                     lm_design_workspace *workspace, lm_fault *fault) {
+lm_status lm_evaluate_torsion_curve(const lm_drive *drive, lm_real phase_rad,
+                                    const lm_real torque_Nm[], int count,
+                                    lm_contributions contributions[], lm_mesh_state *state,
+                                    lm_design_workspace *workspace, lm_fault *fault) {
   lm_mesh_state found;
   lm_rest rest;
   lm_real gap_rad = LM_REAL(0);
@@ -575,7 +575,7 @@ lm_status lm_reversal_lost_motion(const lm_drive *drive, lm_real phase_rad, lm_r
   }
   torque[0] = -torque_Nm;
   torque[1] = torque_Nm;
-  status = lm_evaluate_characteristic(drive, phase_rad, torque, 2, ends, 0, workspace, fault);
+  status = lm_evaluate_torsion_curve(drive, phase_rad, torque, 2, ends, 0, workspace, fault);
   if (status == LM_OK) {
     *lost_motion_rad = ends[1].total_rad - ends[0].total_rad;
   }
