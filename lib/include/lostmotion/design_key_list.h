@@ -1,26 +1,25 @@
-/* The dotted keys of a drive's [design], each stated once: name, range, default, meaning.
+/* The dotted keys of [design], each stated once: name, range, default, meaning.
  *
- * The list is the only place that knows them. lm_check_drive (drive.c) takes the ranges from it,
- * the optimizer what can be fixed, varied or chosen (problem.h, points.c, evaluate.c, output.c),
- * Python the keys of drive files and search specs (through design_keys.h), the reference page its
- * table. A new scalar of the design is a member of a struct in drive.h and a row here.
+ * This list is their only source: of the ranges in lm_check_drive (drive.c), of the variables of
+ * the optimizer (problem.h, points.c, evaluate.c, output.c), of the keys of drive files and search
+ * specs in Python (through design_keys.h), and of the table on the reference page. A new scalar of
+ * the design is a member of a struct in drive.h and a row here.
  *
  * A row: ROW(ID, section, stem, suffix, KIND, PER, low, high, FILE, usual, VARY, meaning)
  *   ID       of the search: LM_KEY_<ID> in the optimizer
  *   section  of the drive file, and the member of lm_drive that holds it; drive: [design] itself
- *   stem, suffix  name and unit: the member is stem##suffix, so is the key; the suffix may be empty
+ *   stem, suffix  name and unit: member and key are stem##suffix; the suffix may be empty
  *   KIND     REAL, COUNT (int), SWITCH (0 or 1), DEFORMATION, GENERATOR or FLANK (a name of
- * drive.h) PER      what `low` and `high` are measured in: ONE (the unit of the name), DEGREE,
+ * drive.h) PER      unit of `low` and `high`: ONE (the unit of the name), DEGREE,
  * ARCMIN (of an angle in rad), MODULE, DIAMETER (module times flexspline teeth), RIM (rim
  *            thickness), FACE (face width)
- *   FILE     what a drive file does with it: REQUIRED; DEFAULT (left out, it is `usual`); FILLED
+ *   FILE     treatment in a drive file: REQUIRED; DEFAULT (left out, it is `usual`); FILLED
  *            (left out, it is 0, which lm_complete_drive replaces where 0 means nothing)
- *   usual    what a search takes where a spec is silent; 0: as FILLED. Unit as VARY.
- *   VARY     how a search states it: SAME, IN_DEG, IN_ARCMIN (the suffix of the name), or FOLLOWS
- *            (it follows from other keys or from what a search assumes: the wave generator floats
- * and runs true) DEPENDENT rows have the same columns; their range depends on another key's choice,
- * so the function that knows it checks them (lm_make_shape, check_teeth); low and high are the
- * widest range.
+ *   usual    default of a search; 0: as FILLED. Unit as VARY.
+ *   VARY     how a search spec states it: SAME, IN_DEG, IN_ARCMIN (the suffix of the name), or
+ * FOLLOWS (it follows from other keys or from what a search assumes: the wave generator floats and
+ * runs true) DEPENDENT rows have the same columns; their range depends on another key, so another
+ * function checks them (lm_make_shape, check_teeth); low and high are the widest range.
  *
  * The lists are in the order in which lm_check_drive examines the values.
  */
@@ -72,7 +71,7 @@
   ROW(ROOT_CLEARANCE, teeth, root_clearance, , REAL, ONE, 0.05, 0.6, DEFAULT, 0.35, SAME,          \
       "root clearance c* of the basic rack, in modules; 0.35 for fine modules (up to 0.5 mm)")     \
   ROW(TOOTH_HEIGHT, teeth, tooth_height, , REAL, ONE, 0.5, 3, REQUIRED, 1.75, SAME,                \
-      "whole depth h of the tooth whose root the rack cuts, in modules")                           \
+      "whole depth h of the rack-cut tooth, in modules")                                           \
   ROW(ENGAGEMENT_DEPTH, teeth, engagement_depth, , REAL, ONE, 0.2, 2.5, REQUIRED, 1.2, SAME,       \
       "engagement depth h_d on the deformation axis, in modules")                                  \
   ROW(FACE_WIDTH_MM, teeth, face_width, _mm, REAL, ONE, LM_FACE_WIDTH_LEAST_MM,                    \
@@ -84,24 +83,24 @@
             "flank of the rigid gear: an involute, or the conjugate that the moving teeth of "     \
             "the flexspline leave free, whose shift is its displacement from there")
 
-#define LM_GENERATOR_KEYS(ROW, DEPENDENT)                                                          \
-  DEPENDENT(GENERATOR_TYPE, generator, type, , GENERATOR, ONE, 0, 4, REQUIRED, 0, SAME,            \
-            "wave generator: a cosine or elliptical cam, two discs, rollers, or an external "      \
-            "ring")                                                                                \
-  ROW(DEFLECTION_MM, generator, deflection, _mm, REAL, MODULE, 0.2, 2, REQUIRED, 0, SAME,          \
-      "radial deflection w0 of the flexspline on the deformation axis")                            \
-  DEPENDENT(CONTACT_HALF_ANGLE_DEG, generator, contact_half_angle, _rad, REAL, ONE, 0, 1.2,        \
-            FILLED, 30, IN_DEG,                                                                    \
-            "half angle beta of the contact arc: discs and ring 0.05 to 1.2 rad, rollers 0 to "    \
-            "0.611 rad (0: two rollers); unused by cams")                                          \
-  ROW(CAM_OFFSET_MM, generator, cam_offset, _mm, REAL, DIAMETER, 0, 0.2, FILLED, 0, SAME,          \
-      "ellipse: distance from the cam to the neutral line, which is bearing and half the rim; "    \
-      "0: the neutral line itself is the ellipse")                                                 \
-  ROW(GENERATOR_FLOATING, generator, floating, , SWITCH, ONE, 0, 1, DEFAULT, 1, FOLLOWS,           \
-      "true: the wave generator centres itself and both lobes carry the same; false: it is fixed") \
-  ROW(GENERATOR_ECCENTRICITY_MM, generator, eccentricity, _mm, REAL, MODULE, 0, 1, FILLED, 0,      \
-      FOLLOWS, "eccentricity of a fixed wave generator against the rigid gear")                    \
-  ROW(GENERATOR_ECCENTRICITY_ANGLE_RAD, generator, eccentricity_angle, _rad, REAL, ONE, -10, 10,   \
+#define LM_GENERATOR_KEYS(ROW, DEPENDENT)                                                        \
+  DEPENDENT(GENERATOR_TYPE, generator, type, , GENERATOR, ONE, 0, 4, REQUIRED, 0, SAME,          \
+            "wave generator: a cosine or elliptical cam, two discs, rollers, or an external "    \
+            "ring")                                                                              \
+  ROW(DEFLECTION_MM, generator, deflection, _mm, REAL, MODULE, 0.2, 2, REQUIRED, 0, SAME,        \
+      "radial deflection w0 of the flexspline on the deformation axis")                          \
+  DEPENDENT(CONTACT_HALF_ANGLE_DEG, generator, contact_half_angle, _rad, REAL, ONE, 0, 1.2,      \
+            FILLED, 30, IN_DEG,                                                                  \
+            "half angle beta of the contact arc: discs and ring 0.05 to 1.2 rad, rollers 0 to "  \
+            "0.611 rad (0: two rollers); unused by cams")                                        \
+  ROW(CAM_OFFSET_MM, generator, cam_offset, _mm, REAL, DIAMETER, 0, 0.2, FILLED, 0, SAME,        \
+      "ellipse: distance from the cam to the neutral line, which is bearing and half the rim; "  \
+      "0: the neutral line itself is the ellipse")                                               \
+  ROW(GENERATOR_FLOATING, generator, floating, , SWITCH, ONE, 0, 1, DEFAULT, 1, FOLLOWS,         \
+      "true: the wave generator is floating, with equal load on both lobes; false: it is fixed") \
+  ROW(GENERATOR_ECCENTRICITY_MM, generator, eccentricity, _mm, REAL, MODULE, 0, 1, FILLED, 0,    \
+      FOLLOWS, "eccentricity of a fixed wave generator against the rigid gear")                  \
+  ROW(GENERATOR_ECCENTRICITY_ANGLE_RAD, generator, eccentricity_angle, _rad, REAL, ONE, -10, 10, \
       FILLED, 0, FOLLOWS, "direction of that eccentricity from the deformation axis")
 
 #define LM_FLEXSPLINE_KEYS(ROW, DEPENDENT)                                                         \
@@ -128,9 +127,10 @@
   ROW(SHEAR_NOTCH_FACTOR, material, shear_notch_factor, , REAL, ONE, 1, 10, FILLED, 0, SAME,     \
       "notch factor in torsion, K_tau")                                                          \
   ROW(MEAN_STRESS_FACTOR, material, mean_stress_factor, , REAL, ONE, 0, 1, FILLED, 0, SAME,      \
-      "share psi of the mean bending stress that counts in fatigue")                             \
+      "weight psi of the mean bending stress in fatigue")                                        \
   ROW(FLANK_PRESSURE_MPA, material, flank_pressure, _MPa, REAL, ONE, 1, 1e5, FILLED, 0, SAME,    \
-      "mean pressure that the flanks stand, normal force over face width and engagement depth")  \
+      "permissible mean pressure of the flanks, normal force over face width and engagement "    \
+      "depth")                                                                                   \
   ROW(TOOTH_STRESS_FACTOR, material, tooth_stress_factor, , REAL, ONE, 1, 5, FILLED, 0, SAME,    \
       "stress rise Y_z of a toothed rim against a smooth one")
 
@@ -156,7 +156,7 @@
   ROW(ENGAGEMENT_LIMIT_DEG, support, engagement_limit, _rad, REAL, DEGREE, 5, 90, FILLED, 0,       \
       IN_DEG, "only teeth within this angle of the deformation axis carry")                        \
   ROW(GAP_LIMIT_ARCMIN, support, gap_limit, _rad, REAL, ARCMIN, 0.01, 600, FILLED, 0, IN_ARCMIN,   \
-      "pairs of teeth with a wider side clearance are left out")
+      "pairs of teeth with a wider side clearance are ignored")
 
 #define LM_GAP_KEYS(ROW, DEPENDENT)                                                               \
   ROW(GENERATOR_GAP_MM, gap, generator, _mm, REAL, MODULE, 0, 1, FILLED, 0, SAME,                 \
@@ -166,9 +166,9 @@
   ROW(GAP_RING_STIFFNESS_N_PER_MM, gap, ring_stiffness, _N_per_mm, REAL, ONE, 1e-9, 1e15, FILLED, \
       0, SAME, "radial stiffness of one lobe of the ring that closes the gap, equation (9a)")
 
-/* Flanks that are no involutes. Usual arcs: Liu et al., Machines 2025, 13, 535, section 3.5, in
- * modules; the tangent's height as those arcs give it. A radius or height of 0 is one that an
- * involute leaves unsaid. */
+/* Flanks other than involutes. Usual arcs: Liu et al., Machines 2025, 13, 535, section 3.5, in
+ * modules; the tangent's height as those arcs give it. A radius or height of 0 means that the flank
+ * is an involute and has none. */
 #define LM_FLANK_KEYS(ROW, DEPENDENT)                                                             \
   ROW(RHO_A, flank, rho_a, , REAL, ONE, 0, 20, DEFAULT, 1.37, SAME,                               \
       "double arc: radius of the convex arc at the tip, in modules, 0.2 at least")                \

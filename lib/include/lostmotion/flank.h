@@ -2,9 +2,9 @@
  *
  * Frame: origin on the neutral line, y along the tooth's axis away from it, x across at growing
  * angles. A flank is a function of one parameter, the radius: of an involute the distance from the
- * gear's centre; of other flanks r_m + y, the height along the tooth's axis, so that both name the
- * same place to within x^2 / (2 r). Every kind gives position and tangent, and its curvature; the
- * involute has the same closed forms as in involute.h.
+ * gear's centre; of other flanks r_m + y, the height along the tooth's axis; both agree to within
+ * x^2 / (2 r). Every kind gives position and tangent, and its curvature; the involute has the same
+ * closed forms as in involute.h.
  */
 #ifndef LOSTMOTION_FLANK_H
 #define LOSTMOTION_FLANK_H
@@ -73,13 +73,13 @@ typedef struct lm_flank {
   lm_real joint_mm[LM_FLANK_JOINTS_MAX];
 } lm_flank;
 
-/* The flexspline's flank of a checked drive with its geometry; its tip relief is left out where
+/* The flexspline's flank of a checked drive with its geometry; its tip relief is omitted if
  * `relieved` is 0. LM_INCONSISTENT, naming the keys that disagree: "flank.rho_a, flank.rho_f" (arcs
  * that overlap: no common tangent between them), "flank.rho_a, teeth.tooth_height" and
  * "flank.rho_f, teeth.root_clearance" (an arc that ends before tip or root; "flank.kappa" of an S
  * tooth, "flank.points" of points, LM_NULL where there are none), "flank.rho_a,
  * flank.X_a" and "flank.rho_f, flank.X_f" (tip or root on the straight part), "flank.rho_f,
- * flank.l_f" (teeth that run into each other at the root), "flank.rho_a, flank.l_a" (a tooth
+ * flank.l_f" (teeth that overlap at the root), "flank.rho_a, flank.l_a" (a tooth
  * without thickness at its tip; "flank.s_M" of an S tooth). */
 lm_status lm_make_flank(const lm_drive *drive, const lm_geometry *geometry, int relieved,
                         lm_flank *flank, lm_fault *fault);
@@ -93,8 +93,7 @@ lm_flank_foot lm_evaluate_flank(const lm_flank *flank, lm_real parameter_mm);
 /* Curvature there, 1/mm: above 0 where the tooth is convex. Without tip relief. */
 lm_real lm_flank_curvature(const lm_flank *flank, lm_real parameter_mm);
 
-/* The parameter whose point stands at a distance from the undeformed gear's centre, between the
- * ends. */
+/* The parameter of the point at a distance from the undeformed gear's centre, between the ends. */
 lm_real lm_flank_at_radius(const lm_flank *flank, lm_real radius_mm);
 
 LM_END_DECLS

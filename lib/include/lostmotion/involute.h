@@ -32,8 +32,8 @@ typedef struct lm_involute_point {
 /* The flank at a radius, mm. */
 lm_involute_point lm_evaluate_involute(const lm_involute *flank, lm_real radius_mm);
 
-/* Every radius that the mesh needs, mm. "Root" and "tip" are where teeth begin and end: for
- * internal teeth the tip is the smaller radius. Undeformed flexspline. */
+/* All radii of the mesh, mm. "Root" and "tip" are the ends of the teeth: for internal teeth the tip
+ * is the smaller radius. Undeformed flexspline. */
 typedef struct lm_geometry {
   lm_deformation deformation;
   int flexspline_teeth;
@@ -42,7 +42,7 @@ typedef struct lm_geometry {
   lm_real deflection_mm; /* w0, nominal */
   lm_real flexspline_root_mm;
   lm_real flexspline_tip_mm;
-  lm_real rigid_root_mm; /* the generated gear's root is free to choose: 0.2 m beyond the tip */
+  lm_real rigid_root_mm; /* the root of the generated gear is arbitrary: 0.2 m beyond the tip */
   lm_real rigid_tip_mm;
   lm_real neutral_mm; /* r_m, neutral line of the rim */
   lm_real mean_mm; /* r of eq (4), (9): midway between both tip circles on the deformation axis */

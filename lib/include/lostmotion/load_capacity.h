@@ -1,9 +1,8 @@
-/* What a drive carries at rated torque: forces of the pairs, stresses of the teeth, the torques at
- * which it ratchets and its cup buckles, coning of the cup, life of the wave generator's bearing.
+/* Load capacity at rated torque: forces of the pairs, tooth stresses, ratcheting and cup buckling
+ * torque, coning of the cup, life of the wave generator's bearing.
  *
- * The formulas are those of the sources in check_list.h; where none holds for a strain-wave gear
- * the rows there state what this model idealises. Units: mm, N, MPa; torque N m on the output
- * shaft.
+ * The formulas are those of the sources in check_list.h; where none applies to a strain-wave gear,
+ * the rows there state the idealisations. Units: mm, N, MPa; torque N m on the output shaft.
  */
 #ifndef LOSTMOTION_LOAD_CAPACITY_H
 #define LOSTMOTION_LOAD_CAPACITY_H
@@ -17,30 +16,30 @@ LM_BEGIN_DECLS
 /* At one tooth phase. */
 typedef struct lm_load {
   lm_real torque_Nm;
-  lm_real largest_force_N;     /* normal force of the pair that carries most, whole face */
-  lm_real largest_share;       /* of it in the sum of all pairs of a lobe */
-  lm_real flank_pressure_MPa;  /* of it over face width and engagement depth */
+  lm_real largest_force_N;     /* normal force of the most loaded pair, whole face */
+  lm_real largest_share;       /* its share in the sum of all pairs of a lobe */
+  lm_real flank_pressure_MPa;  /* that force over face width and engagement depth */
   lm_real flexspline_root_MPa; /* nominal bending stress at the root, without notch factor */
   lm_real rigid_root_MPa;
   lm_real radial_force_N;       /* of one lobe, sum over its pairs */
   lm_real wedge;                /* tan(alpha_w): radial over tangential force of the lobe */
-  lm_real deflection_mm;        /* by which the loaded pairs are pushed out of mesh */
+  lm_real deflection_mm;        /* radial displacement of the loaded pairs out of mesh */
   lm_real depth_mm;             /* engaged depth of the loaded pairs, mean by force */
   lm_real ratcheting_torque_Nm; /* at which the deflection is the depth */
 } lm_load;
 
-/* From the last torque, a positive one, of the last lm_evaluate_torsion_curve in this workspace.
- * LM_NULL, LM_OUT_OF_RANGE ("torque_Nm" not positive), LM_NO_CONTACT when no pair carries. */
+/* Load at the last, positive torque of the last lm_evaluate_torsion_curve in this workspace.
+ * LM_NULL, LM_OUT_OF_RANGE ("torque_Nm" not positive), LM_NO_CONTACT if no pair carries load. */
 lm_status lm_measure_load(const lm_drive *drive, lm_real torque_Nm,
                           const lm_design_workspace *workspace, lm_load *load, lm_fault *fault);
 
-/* The largest of `phases` tooth phases at rated torque, item by item (the least ratcheting torque).
+/* Worst values over `phases` tooth phases at rated torque, item by item.
  * Fills workspace->meshes (LM_NEUTRAL_LINE_NODES) and evaluates. Errors as
  * lm_evaluate_torsion_curve. */
 lm_status lm_find_rated_load(const lm_drive *drive, int phases, lm_design_workspace *workspace,
                              lm_load *load, lm_fault *fault);
 
-/* Fold the load of one more phase into *worst; first = 1 starts. */
+/* Updates *worst with the load of another phase; first = 1 initialises it. */
 void lm_keep_worst_load(const lm_load *load, int first, lm_load *worst);
 
 /* Torsional buckling of the cup's wall, NASA SP-8007 (1968), equation for a cylinder of moderate
@@ -48,9 +47,9 @@ void lm_keep_worst_load(const lm_load *load, int first, lm_load *worst);
 lm_real lm_cup_buckling_torque(const lm_drive *drive, lm_real radius_mm);
 
 /* Bending by the cone, slope w / L of the wall: a radial strip of the diaphragm (thickness 1.5
- * walls, hub 0.6 r) is held at the hub, turns with the wall by that slope and follows its axial
- * shift r w / (4 L); the larger of hub, and wall at the corner. deflection_mm: w at the middle of
- * the face. */
+ * walls, hub 0.6 r) is clamped at the hub, rotates with the wall by that slope and follows its
+ * axial shift r w / (4 L); the larger stress of hub and wall corner. deflection_mm: w at the middle
+ * of the face. */
 lm_real lm_coning_stress(const lm_drive *drive, lm_real radius_mm);
 
 /* ISO 281: basic rating C of a radial ball bearing of the wave generator's size, b_m f_c Z^(2/3)

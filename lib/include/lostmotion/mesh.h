@@ -1,9 +1,9 @@
 /* Side clearances of the unloaded mesh, theory/geometry.md.
  *
  * A tooth of the flexspline is placed on the deformed neutral line; the rigid gear turns about the
- * axis, so every point of it keeps its radius. The turn to first contact is therefore the minimum,
- * over the radii both flanks share, of the difference of their polar angles. Interference is that
- * minimum when it is negative: it keeps its sign.
+ * axis, so every point of it keeps its radius. The rotation to first contact is therefore the
+ * minimum, over the radii common to both flanks, of the difference of their polar angles. A
+ * negative minimum is interference; it keeps its sign.
  */
 #ifndef LOSTMOTION_MESH_H
 #define LOSTMOTION_MESH_H
@@ -35,7 +35,7 @@ typedef struct lm_clearance {
   lm_gap backward;
 } lm_clearance;
 
-/* What one axial section of the mesh is made of. */
+/* One axial section of the mesh. */
 typedef struct lm_mesh {
   lm_geometry geometry;
   lm_neutral_line line;
@@ -48,8 +48,8 @@ typedef struct lm_mesh {
   lm_real polar_high_mm;
 } lm_mesh;
 
-/* Prepare the mesh of an axial section. section_factor scales the deflection of this section (1 in
- * the planar model; lm_section_factor for the others); the metal is the same. nodes as in
+/* Prepares the mesh of an axial section. section_factor scales the deflection of this section (1 in
+ * the planar model; lm_section_factor for the others); the teeth are the same. nodes as in
  * lm_make_neutral_line. LM_NULL, LM_NOT_FINITE, LM_OUT_OF_RANGE ("section_factor" 0.2 .. 2, or what
  * lm_make_geometry, lm_make_neutral_line, lm_make_flank and lm_make_conjugate refuse),
  * LM_INCONSISTENT. A conjugate flank is generated at the nominal deflection, the
@@ -57,13 +57,13 @@ typedef struct lm_mesh {
 lm_status lm_make_mesh(const lm_drive *drive, lm_real section_factor, int nodes, lm_mesh *mesh,
                        lm_fault *fault);
 
-/* The rigid gear's flank at a radius, of either kind, in the words of involute.h: half angle of the
+/* The rigid gear's flank at a radius, of either kind, in the terms of involute.h: half angle of the
  * space (internal deformation) or of the tooth (external). */
 lm_involute_point lm_rigid_flank_at(const lm_mesh *mesh, lm_real radius_mm);
 
-/* Where axial section `section` of `sections` is on the face width: 0 at the edge towards the
- * cup bottom, 1 at the open end, equally spaced with both edges among them, because the edges touch
- * first; 0.5 for a single section. */
+/* Where axial section `section` of `sections` is on the face width: 0 at the edge towards the cup
+ * bottom, 1 at the open end; equally spaced and including both edges, because these touch first;
+ * 0.5 for a single section. */
 lm_real lm_section_place(int section, int sections);
 
 /* Local over nominal deflection of an axial section, straight generatrix (theory/geometry.md): it
@@ -71,9 +71,9 @@ lm_real lm_section_place(int section, int sections);
  * teeth. */
 lm_real lm_section_factor(const lm_drive *drive, int section, int sections);
 
-/* How many places of the face width the checks look at: both edges and the middle, or the axial
- * sections where they are more; 1, the middle, where planar_only is requested. The deflection grows
- * along the face, and the smallest gap is a concave function of it, so it is smallest at an edge.
+/* Number of places along the face width that the checks examine: both edges and the middle, or the
+ * axial sections if there are more; 1, the middle, with planar_only. The deflection grows along the
+ * face, and the smallest gap is a concave function of it, so it is smallest at an edge.
  */
 #define LM_FACE_SECTIONS 3
 int lm_face_sections(const lm_drive *drive);
@@ -83,23 +83,23 @@ int lm_face_sections(const lm_drive *drive);
 lm_status lm_make_face(const lm_drive *drive, int sections, int nodes, lm_mesh meshes[],
                        lm_fault *fault);
 
-/* The same; `like`, where it is not null, is a mesh of the same drive and nodes, whose conjugate
- * flank is taken over and not generated again. */
+/* The same; `like`, if not null, is a mesh of the same drive and nodes, whose conjugate flank is
+ * copied and not generated again. */
 lm_status lm_make_face_like(const lm_drive *drive, int sections, int nodes, const lm_mesh *like,
                             lm_mesh meshes[], lm_fault *fault);
 
 /* Both clearances of the tooth at any finite material angle. Accuracy 1e-6 arcmin (float64). */
 lm_clearance lm_tooth_clearance(const lm_mesh *mesh, lm_real angle_rad);
 
-/* Where one flank of a tooth leaves the overlap, and the gap there, tip against tip. */
+/* End of the overlap of one flank of a tooth, and the gap there, tip against tip. */
 typedef struct lm_clearance_end {
   lm_real angle_rad;
   lm_gap gap;
 } lm_clearance_end;
 
 /* The end of the overlap between two material angles less than a few degrees apart, at one of which
- * the flank overlaps (its gap is finite) and at the other not. The gap jumps there to infinity, and
- * may be smallest there. */
+ * the flank overlaps (its gap is finite) and at the other not. At the end the gap jumps to
+ * infinity, and it may have its minimum there. */
 lm_clearance_end lm_find_overlap_end(const lm_mesh *mesh, lm_real inside_rad, lm_real outside_rad,
                                      int forward);
 
@@ -113,7 +113,7 @@ lm_status lm_lobe_clearances(const lm_mesh *mesh, lm_real phase_rad, lm_clearanc
 /* Tooth phases of a sweep. */
 #define LM_SWEEP_PHASES_MAX 64
 
-/* How many entries a sweep has: teeth at every pitch / phases from -90 to 90 deg. */
+/* Number of entries of a sweep: teeth at every pitch / phases from -90 to 90 deg. */
 #define LM_SWEEP_COUNT(flexspline_teeth, phases) (2 * ((flexspline_teeth) * (phases) / 4) + 1)
 
 /* Clearances of every tooth of one lobe at `phases` equally spaced tooth phases at once: teeth at

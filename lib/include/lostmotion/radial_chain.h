@@ -1,12 +1,12 @@
 /* The radial chain: equations (2), (3), (4) of Timofeev, Kostikov and Barbashov (2015), one named
- * function for each. Bearing, wave generator and rigid gear yield radially under the force of a
- * lobe; the wedge of the flanks makes that a rotation.
+ * function for each. Bearing, wave generator and rigid gear deflect radially under the force of a
+ * lobe; the wedge angle of the flanks converts this to a rotation.
  *
  * "Lobe" is one of the two engagement zones; a lobe carries half the torque.
  * Units: mm, N, MPa, rad; torque N m on the OUTPUT shaft.
  *
- * Every function returns a status. On anything but LM_OK the output is untouched and `fault` (which
- * may be null) names the input, what was found and the range. LM_NULL: a required pointer is null;
+ * Every function returns a status. On an error the output is unchanged and `fault` (which may be
+ * null) names the input, the value found and the range. LM_NULL: a required pointer is null;
  * LM_NOT_FINITE: NaN or infinity; LM_OUT_OF_RANGE: outside the range stated here. Ranges that are
  * not stated with the function:
  *   length, radius, width, thickness  1e-4 .. 1e4 mm
@@ -35,8 +35,8 @@ typedef struct lm_radial_law {
   lm_real preload_N;             /* Q0, force at zero torque, 0 .. 1e6 */
 } lm_radial_law;
 
-/* Below this force a law runs into zero with a finite slope: c F^n with n < 1 has an unbounded
- * slope at zero, which no bearing shows (roughness, the parts' own weight) and no solver bears.
+/* Below this force the slope of a law is finite: c F^n with n < 1 has an unbounded slope at zero,
+ * which does not occur in real bearings (roughness, own weight) and which no solver can handle.
  * With s = F / floor the law is c floor^n [(2-n) s - (1-n) s^2] for 0 <= s < 1: value and slope
  * join c F^n at s = 1, the slope at zero is (2-n) c floor^(n-1). For a 4 mm ball the whole zone
  * spans 0.06 um, 0.2 arcsec on a size 20. n = 1 is not changed. A preload of zero is allowed. */
@@ -48,7 +48,7 @@ typedef struct lm_radial_law {
 #define LM_BALL_SELF_ALIGNING 6.98e-4
 #define LM_BALL_THRUST 5.24e-4
 
-/* Whether `count` laws (0 .. 64; `laws` may be null when 0) lie in their ranges; the fault names
+/* Checks that `count` laws (0 .. 64; `laws` may be null if 0) are in their ranges; the fault names
  * "radial_chain.exponent" and so on. */
 lm_status lm_check_radial_laws(const lm_radial_law *laws, int count, lm_fault *fault);
 
@@ -118,16 +118,16 @@ lm_status lm_cam_bearing_share(lm_real balls_in_lobe, lm_real *share, lm_fault *
 
 /* Radial force of ONE lobe: |T| / (2 r) tan(flank angle - friction angle), N. The friction angle is
  * positive while loading (the flexspline slides out of mesh), negative while unloading; both sum
- * and difference with the flank angle must stay in 0 .. 1.4. The force does not change sign with
- * the torque: either flank pushes the teeth apart. */
+ * and difference with the flank angle must stay in 0 .. 1.4. The force has the same sign for both
+ * torque directions: both flanks push the teeth apart. */
 lm_status lm_lobe_radial_force(lm_real torque_Nm, lm_real radius_mm, lm_real flank_angle_rad,
                                lm_real friction_angle_rad, lm_real *force_N, lm_fault *fault);
 
 /* Equation (2): radial approach of the chain beyond its preload, and its derivative by the radial
  * force of the lobe:
  *   Delta_p = sum [law(Q0 + share F) - law(Q0)].
- * A member that has lifted off (Q0 + share F < 0) stays where it was at zero force, slope 0. All
- * members feel the same lobe force. count 0 .. 64 gives 0 for 0. Cost: two powers a law. */
+ * A member that has lifted off (Q0 + share F < 0) keeps its position at zero force, slope 0. The
+ * same lobe force acts on all members. count 0 .. 64 gives 0 for 0. Cost: two powers a law. */
 lm_status lm_sum_radial(lm_real lobe_force_N, const lm_radial_law *laws, int count,
                         lm_real *approach_mm, lm_real *slope_mm_per_N, lm_fault *fault);
 

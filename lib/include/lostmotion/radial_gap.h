@@ -1,11 +1,11 @@
 /* The radial gap: equations (8) and (9) of Timofeev, Kostikov and Barbashov (2015), and (9a), the
- * torque that closes it, which the paper leaves out.
+ * torque that closes it, which the paper does not give.
  *
  * "Lobe" is one of the two engagement zones; a lobe carries half the torque.
  * Units: mm, N, MPa, rad; torque N m on the OUTPUT shaft.
  *
- * Every function returns a status. On anything but LM_OK the output is untouched and `fault` (which
- * may be null) names the input, what was found and the range. LM_NULL: a required pointer is null;
+ * Every function returns a status. On an error the output is unchanged and `fault` (which may be
+ * null) names the input, the value found and the range. LM_NULL: a required pointer is null;
  * LM_NOT_FINITE: NaN or infinity; LM_OUT_OF_RANGE: outside the range stated here. Ranges that are
  * not stated with the function:
  *   length, radius, width, thickness  1e-4 .. 1e4 mm
@@ -24,13 +24,13 @@
 LM_BEGIN_DECLS
 
 /* Equation (8): Delta_0 = Delta_0' (wave generator to flexspline) + Delta_0'' (tooth profiles),
- * both on the deformation axis, each 0 .. 100 mm. A negative sum of deviations is clipped to 0
- * before it comes here (tolerance.h). */
+ * both on the deformation axis, each 0 .. 100 mm. Negative sums of deviations must be clipped to 0
+ * before (tolerance.h). */
 lm_status lm_radial_gap_sum(lm_real generator_gap_mm, lm_real teeth_gap_mm, lm_real *gap_mm,
                             lm_fault *fault);
 
-/* Equation (9): full rotation of the closed gap in ONE direction, gap tan(flank angle) / r; a
- * reversal sees twice that. 20 um, 26 deg, 26.4 mm: 3.694944e-4 rad. */
+/* Equation (9): full rotation of the closed gap in ONE direction, gap tan(flank angle) / r; the
+ * reversal lost motion is twice that. 20 um, 26 deg, 26.4 mm: 3.694944e-4 rad. */
 lm_status lm_radial_gap_angle(lm_real gap_mm, lm_real flank_angle_rad, lm_real radius_mm,
                               lm_real *angle_rad, lm_fault *fault);
 

@@ -1,14 +1,14 @@
-/* What the flexspline's rim rests on, from the geometry: a closed thin ring, bent by rim and race,
- * on the supports that the wave generator has.
+/* Support of the flexspline's rim from the geometry: a closed thin ring with the bending stiffness
+ * of rim and race, on the supports of the wave generator.
  *
- * Cams: the balls of the flexible bearing, where the cam pushes (within 45 deg of the axis). Discs
- * and ring: their arc, on one rigid body that its bearing carries. Rollers: where they are. Between
- * and beyond its supports the rim spans freely. Both lobes are loaded equally, so the ring's shapes
- * repeat every half turn.
+ * Cams: the balls of the flexible bearing within 45 deg of the axis, where the cam pushes. Discs
+ * and ring: their arc, on one rigid body on its bearing. Rollers: their positions. Between and
+ * beyond its supports the rim is free. Both lobes are loaded equally, so the deformation repeats
+ * every half turn.
  *
- * Idealised: the supports hold in both directions (the wave preloads them), a ball is on the
- * deformation axis, balls are springs of the stiffness that they have at rated torque, and the
- * tangential forces of the teeth do not bend the rim.
+ * Idealisations: the supports act in both directions (the wave preloads them), one ball is on the
+ * deformation axis, balls are springs with their stiffness at rated torque, and tangential tooth
+ * forces do not bend the rim.
  */
 #ifndef LOSTMOTION_RIM_SUPPORT_H
 #define LOSTMOTION_RIM_SUPPORT_H
@@ -18,7 +18,7 @@
 
 LM_BEGIN_DECLS
 
-/* Radial give of a free thin ring at `angle_rad` from a unit force that acts on both lobes:
+/* Radial deflection of a free thin ring at `angle_rad` from a unit force that acts on both lobes:
  *   r^3 / (4 E I) (sin a + (pi/2 - a) cos a - 4 / pi), a in 0 .. pi/2, period pi. */
 lm_real lm_free_ring_yield(lm_real radius_mm, lm_real stiffness_N_mm2, lm_real angle_rad);
 

@@ -14,7 +14,7 @@
 
 LM_BEGIN_DECLS
 
-/* Nodes of the arc-length table in one quadrant. 64 nodes leave less than 1e-6 arcmin. */
+/* Nodes of the arc-length table in one quadrant. With 64 nodes the error is below 1e-6 arcmin. */
 #define LM_NEUTRAL_LINE_NODES_MAX 256
 #define LM_NEUTRAL_LINE_NODES 64
 
@@ -39,8 +39,8 @@ typedef struct lm_wave {
  * cosine and ellipse (to first order the same), two discs and external ring (arc of constant
  * curvature over +-beta), four rollers at +-beta (beta = 0: two rollers).
  * contact_half_angle_rad: discs and ring 0.05 .. 1.2; rollers 0 .. 0.6109 (35 deg; the four-roller
- * shape turns over at 43.9 deg); ignored for cosine and ellipse.
- * LM_NULL, LM_NOT_FINITE, LM_OUT_OF_RANGE ("generator.type", "generator.contact_half_angle_rad").
+ * shape changes sign at 43.9 deg); ignored for cosine and ellipse. LM_NULL, LM_NOT_FINITE,
+ * LM_OUT_OF_RANGE ("generator.type", "generator.contact_half_angle_rad").
  */
 lm_status lm_make_shape(lm_generator_type type, lm_real contact_half_angle_rad, lm_shape *shape,
                         lm_fault *fault);
@@ -79,7 +79,7 @@ typedef struct lm_neutral_line {
   lm_real lead_slope[LM_NEUTRAL_LINE_NODES_MAX + 1]; /* its derivative by the material angle */
 } lm_neutral_line;
 
-/* Where a tooth axis is on the deformed neutral line. */
+/* Position of a tooth axis on the deformed neutral line. */
 typedef struct lm_placement {
   lm_real lead_rad;  /* polar angle of the foot of the tooth minus its material angle */
   lm_real radius_mm; /* R there */

@@ -1,9 +1,9 @@
-/* Staged take-up: how the side clearances close under load, one pair after the other.
+/* Staged take-up: closing of the side clearances under load, one pair after the other.
  *
  * Two models. Independent pairs (theory/load.md) are unilateral springs side by side: the
- * closed form from which eq (1) of the paper follows. Coupled pairs push the flexspline rim, a beam
- * on the elastic foundation of the wave generator, away from each other: a linear complementarity
- * problem, followed from event to event.
+ * closed form from which eq (1) of the paper follows. Coupled pairs deflect the flexspline rim, a
+ * beam on the elastic foundation of the wave generator, and thus act on each other: a linear
+ * complementarity problem, solved from event to event.
  */
 #ifndef LOSTMOTION_TAKEUP_H
 #define LOSTMOTION_TAKEUP_H
@@ -28,7 +28,7 @@ lm_status lm_stage_increments(const lm_real clearance_mm[], const lm_real radius
 
 /* --- independent pairs --- */
 
-/* A pair of flanks as a spring that carries only after its gap has closed. */
+/* A pair of flanks as a spring that carries load only after its gap has closed. */
 typedef struct lm_spring {
   lm_real stiffness_Nm_per_rad; /* 1e-9 .. 1e15; r^2 / C of the pair, at the output */
   lm_real gap_rad;              /* output rotation until contact, -pi .. pi; < 0: preloaded */
@@ -37,12 +37,12 @@ typedef struct lm_spring {
 
 /* Output rotation under a torque, solved exactly from section 3.1 of theory/load.md:
  *     T(phi) = sum K (phi - g+)_+ - sum K (-phi - g-)_+
- * Springs are sorted in place by the rotation at which they begin or cease
- * to carry. The rotation is absolute (same zero as the gaps); inside a free play, at torque 0, it
- * is the middle of the play. `engaged` is the number of springs that carry. torque_Nm: -1e9 .. 1e9.
- * LM_NULL, LM_NOT_FINITE, LM_OUT_OF_RANGE ("stiffness_Nm_per_rad", "gap_rad", "side", "torque_Nm",
- * "count" 1 .. 1284), LM_NO_CONTACT when no spring can carry a torque of that sign. O(count^2) the
- * first time, O(count) when sorted. */
+ * Springs are sorted in place by the rotation at which they begin or cease to carry load. The
+ * rotation is absolute (same zero as the gaps); inside a free play, at torque 0, it is the middle
+ * of the play. `engaged` is the number of springs that carry. torque_Nm: -1e9 .. 1e9. LM_NULL,
+ * LM_NOT_FINITE, LM_OUT_OF_RANGE ("stiffness_Nm_per_rad", "gap_rad", "side", "torque_Nm", "count" 1
+ * .. 1284), LM_NO_CONTACT if no spring can carry a torque of that sign. O(count^2) the first time,
+ * O(count) when sorted. */
 lm_status lm_independent_take_up(lm_spring springs[], int count, lm_real torque_Nm,
                                  lm_real *angle_rad, int *engaged, lm_fault *fault);
 
@@ -66,48 +66,48 @@ typedef struct lm_contact {
 #define LM_ACTIVE_MAX 384 /* pairs that carry at the same time */
 #define LM_STAGES_MAX 512
 
-/* What couples the pairs: each lobe rests on the wave generator as one rim, on which the forces of
- * all axial sections act together; lobes do not feel each other. */
-#define LM_SUPPORTS_MAX 15 /* places of a lobe at which the wave generator holds the rim */
+/* Coupling of the pairs: each lobe rests on the wave generator as one rim, on which the forces of
+ * all axial sections act together; the lobes are independent. */
+#define LM_SUPPORTS_MAX 15 /* support points of the rim on the wave generator, per lobe */
 typedef struct lm_foundation {
-  lm_real yield_mm_per_N[LM_LOBE_TEETH_MAX]; /* radial give of the rim at that many teeth from a
-                                                radial unit force, -1e6 .. 1e6 */
-  int supports; /* 0: the foundation is equal everywhere, and yield is all; else 1 ..
-                   LM_SUPPORTS_MAX places hold the rim, see lm_rim_yield */
+  lm_real yield_mm_per_N[LM_LOBE_TEETH_MAX]; /* radial compliance of the rim at that many teeth from
+                                                a radial unit force, -1e6 .. 1e6 */
+  int supports; /* 0: uniform foundation, described by yield alone; else 1 .. LM_SUPPORTS_MAX
+                   supports, see lm_rim_yield */
   lm_real hold[LM_LOBE_TEETH_MAX][LM_SUPPORTS_MAX]; /* of each tooth, sqrt(mm/N) */
   int sections;                                     /* 1 .. LM_SECTIONS_MAX */
   int lobes; /* lobes listed one by one: 1 (then both are equal and count twice) or 2 */
-  lm_real twist_rad_per_Nmm[LM_SECTIONS_MAX][LM_SECTIONS_MAX]; /* turn of one section by a torque
-                                                in another, -1 .. 1, symmetric; 0 in the planar
-                                                model */
+  lm_real twist_rad_per_Nmm[LM_SECTIONS_MAX]
+                           [LM_SECTIONS_MAX]; /* rotation of one section by a torque in another, -1
+                               .. 1, symmetric; 0 in the planar model */
 } lm_foundation;
 
-/* Radial give of the rim at one tooth from a unit force on another: yield of their distance, less
- * the sum over the supports of hold a times hold b. */
+/* Radial compliance of the rim at one tooth for a unit force on another: yield at their distance,
+ * minus the sum over the supports of hold a times hold b. */
 lm_real lm_rim_yield(const lm_foundation *foundation, int tooth, int other);
 
-/* Beam on an elastic foundation: the give at distance s from a unit force is
+/* Beam on an elastic foundation: the deflection at distance s from a unit force is
  *   lambda / (2 k_f) e^(-lambda s) (cos lambda s + sin lambda s), lambda = (k_f / (4 E I))^(1/4),
  * times factor (>= 0). teeth: how many distances to fill, 1 .. LM_LOBE_TEETH_MAX; spacing_mm: arc
  * from tooth to tooth. LM_NULL, LM_NOT_FINITE, LM_OUT_OF_RANGE (the others > 0). */
 lm_status lm_beam_yield(lm_real foundation_N_per_mm2, lm_real stiffness_N_mm2, lm_real spacing_mm,
                         lm_real factor, int teeth, lm_real yield_mm_per_N[], lm_fault *fault);
 
-/* State under one torque. The angle counts from the torque-free middle position and is the sum of
- * its four shares: work done on the way from rest, divided by the torque. Each share has the sign
- * of the torque, is continuous in it, and they add up exactly. */
+/* State under one torque. The angle is measured from the torque-free middle position and is the sum
+ * of four parts, each the work done since rest divided by the torque. Each part has the sign of the
+ * torque and is continuous in it; the sum is exact. */
 typedef struct lm_take_up {
   lm_real angle_rad;
-  lm_real clearance_rad;        /* eq (1): play of the pairs that joined (or left) since rest */
-  lm_real tooth_rad;            /* eq (6), (7): the pairs' own compliance */
-  lm_real ring_rad;             /* rim and wave generator foundation: local part of eq (2) - (4) */
-  lm_real twist_rad;            /* rim between axial sections: part of eq (5) */
+  lm_real clearance_rad; /* eq (1): clearance of the pairs that joined (or left) since rest */
+  lm_real tooth_rad;     /* eq (6), (7): the pairs' own compliance */
+  lm_real ring_rad;      /* rim and wave generator foundation: local part of eq (2) - (4) */
+  lm_real twist_rad;     /* rim between axial sections: part of eq (5) */
   lm_real stiffness_Nm_per_rad; /* dT / dangle of the mesh, on the side away from rest */
-  int forward_teeth; /* that carry on this flank in any section, of the lobe where more do */
+  int forward_teeth;            /* loaded on this flank in any section, of the lobe with more */
   int backward_teeth;
 } lm_take_up;
 
-/* One event on the way: a pair begins (joined = 1) or ceases (0) to carry. */
+/* One event: a pair begins (joined = 1) or ceases (0) to carry load. */
 typedef struct lm_stage {
   lm_real torque_Nm;
   lm_real angle_rad; /* from the torque-free middle */
@@ -122,7 +122,7 @@ typedef struct lm_rest {
   int preloaded;         /* pairs that carry at rest */
 } lm_rest;
 
-/* Memory of the solver; the caller owns it, nothing in it need be set. */
+/* Memory of the solver, owned by the caller; it need not be initialised. */
 typedef struct lm_take_up_workspace {
   lm_real factor[LM_ACTIVE_MAX * (LM_ACTIVE_MAX + 1) / 2]; /* Cholesky, packed by rows */
   lm_real force[LM_ACTIVE_MAX];                            /* N, of the active pairs */
@@ -131,26 +131,27 @@ typedef struct lm_take_up_workspace {
   int active[LM_ACTIVE_MAX];
   int active_count;
   int place[LM_CONTACTS_MAX];        /* position in active[], or -1 */
-  lm_real slack_mm[LM_CONTACTS_MAX]; /* distance left of the pairs that do not carry */
-  lm_real approach[LM_CONTACTS_MAX]; /* how fast that distance closes along the path */
+  lm_real slack_mm[LM_CONTACTS_MAX]; /* remaining distance of the unloaded pairs */
+  lm_real approach[LM_CONTACTS_MAX]; /* rate at which that distance closes along the path */
   lm_real rest_force[LM_CONTACTS_MAX];
   lm_real rest_slack_mm[LM_CONTACTS_MAX];
-  lm_real give[2][LM_LOBE_TEETH_MAX]; /* radial give of the rim, by lobe and tooth */
+  lm_real give[2][LM_LOBE_TEETH_MAX]; /* radial deflection of the rim, by lobe and tooth */
   lm_stage stages[LM_STAGES_MAX];
-  int stage_count; /* events met, at most LM_STAGES_MAX are kept */
+  int stage_count; /* number of events; at most LM_STAGES_MAX are kept */
 } lm_take_up_workspace;
 
 /* Rotation under each torque: find F >= 0 with r(side phi - g) - C F <= 0 and F complementary to
  * it, T = lobes sum side F r. C is positive definite, so the state is unique; it is piecewise
- * linear in phi and followed exactly from event to event (active set with an updated Cholesky
- * factor), from rest up and from rest down. Preload (gaps that add up to less than zero) starts
- * from the equilibrium of both flanks. contacts[count]: 1 .. LM_CONTACTS_MAX, both flanks;
- * torque_Nm[torques]: rising within -1e9 .. 1e9, at least one; states[torques]; rest may be null.
- * LM_NULL, LM_NOT_FINITE, LM_OUT_OF_RANGE (which field of a contact or of the foundation),
- * LM_NOT_MONOTONE ("torque_Nm"), LM_NO_CONTACT when the pairs of a flank cannot carry, LM_TOO_SMALL
- * when more than LM_ACTIVE_MAX carry, LM_NOT_CONVERGED when rounding defeats the factor or lets
- * pairs join and leave for ever (compliances of the pairs too small against the ring's, or a twist
- * that is not symmetric). On error states[] is not complete. */
+ * linear in phi and computed exactly from event to event (active set with an updated Cholesky
+ * factor), from rest upwards and from rest downwards. With preload (gaps of both flanks with a
+ * negative sum) it starts from the equilibrium of both flanks. contacts[count]: 1 ..
+ * LM_CONTACTS_MAX, both flanks; torque_Nm[torques]: rising within -1e9 .. 1e9, at least one;
+ * states[torques]; rest may be null. LM_NULL, LM_NOT_FINITE, LM_OUT_OF_RANGE (which field of a
+ * contact or of the foundation), LM_NOT_MONOTONE ("torque_Nm"), LM_NO_CONTACT if the pairs of a
+ * flank cannot carry load, LM_TOO_SMALL if more than LM_ACTIVE_MAX do, LM_NOT_CONVERGED if the
+ * factorisation fails by rounding, or pairs join and leave endlessly (compliances of the pairs too
+ * small against the ring's, or a twist that is not symmetric). On error states[] is not complete.
+ */
 lm_status lm_coupled_take_up(const lm_contact contacts[], int count,
                              const lm_foundation *foundation, const lm_real torque_Nm[],
                              int torques, lm_take_up states[], lm_rest *rest,

@@ -1,10 +1,10 @@
 /* From drawing tolerances to the radial gap on the deformation axis: equations (10), (11), the
- * probable limits, and a quasi-Monte-Carlo count of what comes out of production.
+ * probable limits, and a quasi-Monte-Carlo simulation of production.
  *
- * The gap of each zone is a signed sum  S = sum A_i delta_i  of the deviations that lead through
- * it. A positive sum is a gap, a negative one interference. Only AFTER combining is a zone clipped
- * at zero, and only then do the zones add up, eq (8): gap = max(0, S') + max(0, S''). The clipped
- * mean is not the clip of the mean: where limits straddle zero, only the sampled figures are right.
+ * The gap of each zone is a signed sum S = sum A_i delta_i of the deviations in it. A positive sum
+ * is a gap, a negative one interference. Only AFTER combining is a zone clipped at zero, and only
+ * then do the zones add up, eq (8): gap = max(0, S') + max(0, S''). The mean of the clipped gap is
+ * not the clipped mean: if limits include zero, only the sampled figures are correct.
  *
  * Influence A: +1 for a radius whose growth opens the gap, -1 for one whose growth closes it; half
  * of that for a diameter; 1 / (2 tan(flank angle)) for tooth thickness or space width along the
@@ -16,8 +16,8 @@
  *
  * Status of all functions: LM_NULL, LM_NOT_FINITE, LM_OUT_OF_RANGE (fault names the input, for a
  * link "tolerance.influence" and so on), LM_INCONSISTENT (upper deviation below the lower one),
- * LM_TOO_SMALL (workspace). On anything but LM_OK no output is touched. All functions are pure; the
- * same input gives the same bits.
+ * LM_TOO_SMALL (workspace). On an error no output is changed. All functions are pure; the same
+ * input gives the same bits.
  */
 #ifndef LOSTMOTION_TOLERANCE_H
 #define LOSTMOTION_TOLERANCE_H
@@ -30,15 +30,15 @@
 
 LM_BEGIN_DECLS
 
-/* How a deviation spreads over its tolerance field E +- tau. */
+/* Distribution of a deviation over its tolerance field E +- tau. */
 typedef enum lm_distribution {
   LM_NORMAL = 0,           /* 3 sigma = tau, not truncated: 0.27 % of the parts are outside */
-  LM_NORMAL_INSPECTED = 1, /* 3 sigma = tau, parts outside the field are sorted out */
+  LM_NORMAL_INSPECTED = 1, /* 3 sigma = tau, parts outside the field are rejected */
   LM_TRIANGULAR = 2,       /* peak in the middle of the field */
   LM_UNIFORM = 3
 } lm_distribution;
 
-/* Where a link acts: eq (8) knows two gaps. */
+/* Zone of a link: eq (8) has two gaps. */
 typedef enum lm_gap_zone {
   LM_GENERATOR_GAP = 0, /* Delta0', wave generator to flexspline */
   LM_TEETH_GAP = 1      /* Delta0'', between the tooth profiles */
@@ -73,14 +73,13 @@ lm_real lm_clearance_min(lm_real hole_lower_mm, lm_real shaft_upper_mm);
 #define LM_COST_GRADE 7
 
 /* ISO 286-1 tolerance of a grade, IT3 .. IT16, from the standard's table: one field for each of its
- * 13 steps of diameters. diameter 0 < D <= 500 mm (1e-3 at least). Full width in mm: tau is half of
- * it. */
+ * 13 diameter steps. diameter 0 < D <= 500 mm (1e-3 at least). Full width in mm: tau is half of it.
+ */
 lm_status lm_it_tolerance(lm_real diameter_mm, int grade, lm_real *tolerance_mm, lm_fault *fault);
 
-/* The same table, continuous in grade (3 .. 16) for an optimiser: at a whole grade the table's
- * field to the last bit, between two a cubic in its logarithm that always grows and has no corners.
- * The steps of diameters stay: a diameter that moves over the end of one changes the field at once.
- */
+/* The same table, continuous in grade (3 .. 16) for an optimiser: at whole grades exactly the field
+ * of the table, between them a smooth, increasing cubic in its logarithm. The diameter steps are
+ * kept: the field jumps when the diameter passes the end of a step. */
 lm_status lm_it_tolerance_continuous(lm_real diameter_mm, lm_real grade, lm_real *tolerance_mm,
                                      lm_fault *fault);
 
@@ -95,7 +94,7 @@ typedef struct lm_tolerance_limits {
   lm_real total_max_mm;
 } lm_tolerance_limits;
 
-/* Whether `count` links (0 .. LM_TOLERANCE_CHAIN_MAX; may be null when 0) lie in their ranges. */
+/* Checks that `count` links (0 .. LM_TOLERANCE_CHAIN_MAX; may be null if 0) are in their ranges. */
 lm_status lm_check_tolerance_links(const lm_tolerance_link *links, int count, lm_fault *fault);
 
 /* Relative spread K = 3 sigma / tau of a distribution: 1 normal, 0.98658 inspected, sqrt(3/2) =
@@ -107,13 +106,13 @@ lm_real lm_distribution_factor(lm_distribution distribution);
 lm_status lm_worst_limits(const lm_tolerance_link *links, int count, lm_tolerance_limits *limits,
                           lm_fault *fault);
 
-/* Probable limits of each zone: sum A E +- t sqrt(sum (A tau K / 3)^2), t = 0 .. 6, 3 by custom.
- * Then clipped. The total takes the clipped zones as independent intervals: sum of their middles +-
- * root of the sum of their squared half widths; where nothing is clipped that is the formula over
- * all links. A zone that may be gap or interference adds nothing to the lower limit, for it has no
- * gap in an unknown share of the drives; lm_sample_gap counts them. Neither limit leaves the worst
- * case, where no part that keeps its drawing goes (with t / 3 times the field of a link that is
- * LM_NORMAL when t > 3). */
+/* Probable limits of each zone: sum A E +- t sqrt(sum (A tau K / 3)^2), t = 0 .. 6, usually 3; then
+ * clipped. For the total, the clipped zones are independent intervals: sum of their middles +- root
+ * of the sum of their squared half widths; without clipping that is the formula over all links. A
+ * zone that may be gap or interference adds nothing to the lower limit, because an unknown share of
+ * the drives has no gap in it; lm_sample_gap counts them. Both limits stay within the worst case,
+ * which parts within tolerance never exceed (with t / 3 times the field of a link that is LM_NORMAL
+ * when t > 3). */
 lm_status lm_probable_limits(const lm_tolerance_link *links, int count, lm_real t,
                              lm_tolerance_limits *limits, lm_fault *fault);
 
@@ -121,9 +120,9 @@ lm_status lm_probable_limits(const lm_tolerance_link *links, int count, lm_real 
  * Error below 2e-15 (float32: 2e-7). */
 lm_status lm_probable_coverage(lm_real t, lm_real *share, lm_fault *fault);
 
-/* What each link adds, in percent of the chain before clipping: |A| tau of their sum (worst case)
- * and (A tau K)^2 of their sum (probable). Both arrays have `count` entries; they add up to 100, or
- * are 0 when no link has a tolerance. */
+/* Contribution of each link, in percent of the chain before clipping: |A| tau of their sum (worst
+ * case) and (A tau K)^2 of their sum (probable). Both arrays have `count` entries; they add up to
+ * 100, or are 0 when no link has a tolerance. */
 lm_status lm_tolerance_contributions(const lm_tolerance_link *links, int count,
                                      lm_real *worst_percent, lm_real *probable_percent,
                                      lm_fault *fault);

@@ -1,20 +1,19 @@
-/* The teeth themselves: equations (6) and (7) of Timofeev, Kostikov and Barbashov (2015). Where
- * they are printed wrong this is right:
- *   (6)  the bending term carries the factor 12 of I = b (2x)^3 / 12
- *   (7)  the tooth displacement is along the force: delta / (r cos alpha)
+/* The teeth themselves: equations (6) and (7) of Timofeev, Kostikov and Barbashov (2015). The
+ * printed equations contain errors; the correct form is: (6)  the bending term carries the factor
+ * 12 of I = b (2x)^3 / 12 (7)  the tooth displacement is along the force: delta / (r cos alpha)
  *
  * Units: mm, N, MPa, rad; torque N m on the OUTPUT shaft.
  *
- * Every function returns a status. On anything but LM_OK the output is untouched and `fault` (which
- * may be null) names the input, what was found and the range. LM_NULL: a required pointer is null;
+ * Every function returns a status. On an error the output is unchanged and `fault` (which may be
+ * null) names the input, the value found and the range. LM_NULL: a required pointer is null;
  * LM_NOT_FINITE: NaN or infinity; LM_OUT_OF_RANGE: outside the range stated here. Ranges that are
  * not stated with the function:
  *   length, radius, width, thickness  1e-4 .. 1e4 mm
  *   force |F| <= 1e7 N, torque |T| <= 1e6 N m
  *   flank angle 0 .. 1.4 rad (80 deg)
  *   modulus 1 .. 1e7 MPa, Poisson ratio 0 .. 0.49
- * All functions are pure. In float32 the results agree with float64 within 2e-6 relative, those of
- * an involute tooth as said there. */
+ * All functions are pure. In float32 the results agree with float64 within 2e-6 relative, except
+ * for involute teeth, see there. */
 #ifndef LOSTMOTION_TOOTH_BENDING_H
 #define LOSTMOTION_TOOTH_BENDING_H
 
@@ -68,7 +67,8 @@ lm_status lm_tooth_profile_compliance(const lm_real *height_mm, const lm_real *h
 
 /* Equation (6) for any smooth outline by quadrature: half_thickness_mm[LM_TOOTH_SAMPLES] is x at
  * the heights lm_tooth_sample_height(i) y0, two Gauss-Legendre panels of 16 points below the load.
- * Curvature that jumps inside a panel leaves 1e-5 relative. load_height_mm y0 > 0. */
+ * A jump of the curvature inside a panel causes an error of 1e-5 relative. load_height_mm y0 > 0.
+ */
 #define LM_TOOTH_SAMPLES 32
 lm_real lm_tooth_sample_height(int sample); /* 0 .. LM_TOOTH_SAMPLES - 1; share of y0 */
 lm_status lm_tooth_outline_compliance(const lm_real half_thickness_mm[LM_TOOTH_SAMPLES],
@@ -83,7 +83,7 @@ typedef enum lm_tooth_side {
 
 /* An involute tooth. Half angle of the TOOTH at radius R: base_half_angle - inv (outward) or + inv
  * (inward), inv = tan(acos(base / R)) - acos(base / R); below the base circle it continues radially
- * with the base half angle. No fillet: the root is as thick as the flank makes it. */
+ * with the base half angle. Without fillet: the thickness at the root is that of the flank. */
 typedef struct lm_involute_tooth {
   lm_tooth_side side;
   lm_real base_radius_mm;

@@ -1,11 +1,11 @@
 /* The torsion chain: equation (5) of Timofeev, Kostikov and Barbashov (2015). Shafts and cup wind
- * up. Where the printed equation is wrong this is right: G is 8e4 MPa (printed 8e9), and a
- * stiffness seen from the output carries the ratio twice.
+ * up. Corrections of the printed equation: G is 8e4 MPa (printed 8e9), and a stiffness referred to
+ * the output has the square of the ratio.
  *
  * Units: mm, N, MPa, rad; torque N m on the OUTPUT shaft.
  *
- * Every function returns a status. On anything but LM_OK the output is untouched and `fault` (which
- * may be null) names the input, what was found and the range. LM_NULL: a required pointer is null;
+ * Every function returns a status. On an error the output is unchanged and `fault` (which may be
+ * null) names the input, the value found and the range. LM_NULL: a required pointer is null;
  * LM_NOT_FINITE: NaN or infinity; LM_OUT_OF_RANGE: outside the range stated here. Ranges that are
  * not stated with the function:
  *   length, radius, width, thickness  1e-4 .. 1e4 mm
@@ -28,7 +28,7 @@ typedef struct lm_torsion_element {
   lm_real ratio;                /* u */
 } lm_torsion_element;
 
-/* Whether `count` elements (0 .. 64; may be null when 0) lie in their ranges; the fault names
+/* Checks that `count` elements (0 .. 64; may be null if 0) are in their ranges; the fault names
  * "torsion_chain.stiffness_Nm_per_rad" or "torsion_chain.ratio". */
 lm_status lm_check_torsion_elements(const lm_torsion_element *elements, int count, lm_fault *fault);
 

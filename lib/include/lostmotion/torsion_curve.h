@@ -1,11 +1,11 @@
-/* The lost motion of a drive as a function of torque: the five contributions and their sum.
+/* The torsion curve of a drive: lost motion over torque, as the sum of five contributions.
  *
  *   phi(T) = radial gap (8), (9), (9a)          closes first, below about 2 % of rated torque
  *          + side clearance (1)                 staged take-up of the pairs
  *          + radial compliance (2) - (4)        rim, wave generator, then the radial chain
  *          + torsion (5)                        shafts, cup, and the rim between axial sections
  *          + tooth bending (6), (7)
- * All act one behind the other under the same torque, so their angles add. phi is the ONE-SIDED
+ * All act in series under the same torque, so their angles add. phi is the ONE-SIDED
  * deflection, from the torque-free middle; lost motion of a reversal is phi(+T) - phi(-T).
  */
 #ifndef LOSTMOTION_TORSION_CURVE_H
@@ -33,11 +33,11 @@ typedef struct lm_contributions {
   lm_real tooth_bending_rad;
   lm_real stiffness_Nm_per_rad; /* dT / dphi, away from zero torque; infinite for a rigid drive */
   lm_real friction_half_width_rad; /* half the width of the loop that friction of the flanks adds */
-  int forward_teeth;               /* that carry, of the lobe where more do */
+  int forward_teeth;               /* loaded teeth, of the lobe with more of them */
   int backward_teeth;
 } lm_contributions;
 
-/* What holds for all torques. */
+/* Values that do not depend on the torque. */
 typedef struct lm_mesh_state {
   lm_real middle_rad;    /* torque-free middle of the output, moves with the tooth phase */
   lm_real free_play_rad; /* half of it; 0 when preloaded */
@@ -47,11 +47,12 @@ typedef struct lm_mesh_state {
   lm_real gap_mm;        /* Delta0, eq (8), with the mean of the tolerance chain, clipped at 0 */
   lm_real gap_torque_Nm; /* T0, (9a) */
   int pairs;             /* candidates for contact, both flanks, all sections */
-  int preloaded_pairs;   /* that carry without load */
+  int preloaded_pairs;   /* preloaded: in contact without torque */
 } lm_mesh_state;
 
-/* How far a tooth of one gear gives at its flank, eq (6) and the tilt in its rim, over the loaded
- * radius: straight between the nodes, for the pair's own give is about 1 % of the lost motion. */
+/* Compliance of a tooth of one gear at its flank, eq (6) and the tilt in its rim, over the loaded
+ * radius: linear between the nodes, because the compliance of the pair is about 1 % of the lost
+ * motion. */
 #define LM_GIVE_NODES 5
 typedef struct lm_give_table {
   lm_real low_mm;
@@ -69,8 +70,8 @@ typedef struct lm_pair_give {
 /* Memory of one evaluation, owned by the caller; sizeof is its constant size. */
 typedef struct lm_design_workspace {
   lm_mesh meshes[LM_SECTIONS_MAX]; /* of the axial sections, which share the load */
-  lm_mesh face[LM_SECTIONS_MAX];   /* what the checks look at (lm_make_face); the caller fills it */
-  lm_pair_give give;               /* the same at all tooth phases: the first evaluation makes it */
+  lm_mesh face[LM_SECTIONS_MAX]; /* sections for the checks (lm_make_face); filled by the caller */
+  lm_pair_give give; /* the same at all tooth phases: computed by the first evaluation */
   lm_clearance clearances[LM_SECTIONS_MAX][LM_LOBE_TEETH_MAX];
   lm_contact contacts[LM_CONTACTS_MAX];
   lm_foundation foundation;
@@ -86,8 +87,8 @@ typedef struct lm_design_workspace {
  * of the tolerance chain and clipped at 0. Reads a checked drive. */
 lm_real lm_mean_radial_gap(const lm_drive *drive);
 
-/* Fill workspace->meshes for the axial sections of the drive; what was evaluated of another drive
- * is forgotten. nodes: LM_NEUTRAL_LINE_NODES, or more. Errors as lm_make_mesh. */
+/* Fills workspace->meshes for the axial sections of the drive; results of another drive are
+ * discarded. nodes: LM_NEUTRAL_LINE_NODES, or more. Errors as lm_make_mesh. */
 lm_status lm_prepare_meshes(const lm_drive *drive, int nodes, lm_design_workspace *workspace,
                             lm_fault *fault);
 
@@ -95,7 +96,7 @@ lm_status lm_prepare_meshes(const lm_drive *drive, int nodes, lm_design_workspac
  * rising, 1 .. LM_TORQUES_MAX; contributions[count]; state may be null. Needs lm_prepare_meshes
  * of the same drive before. The events of the take-up are left in workspace->take_up.stages,
  * contacts in workspace->contacts. LM_NULL, LM_NOT_FINITE, LM_OUT_OF_RANGE, LM_NOT_MONOTONE;
- * LM_NO_CONTACT when the teeth of a flank cannot meet within the limits of drive.support. On error
+ * LM_NO_CONTACT if the teeth of a flank cannot touch within the limits of drive.support. On error
  * contributions[] is not complete. */
 lm_status lm_evaluate_torsion_curve(const lm_drive *drive, lm_real phase_rad,
                                     const lm_real torque_Nm[], int count,
@@ -108,11 +109,11 @@ lm_status lm_reversal_lost_motion(const lm_drive *drive, lm_real phase_rad, lm_r
                                   lm_fault *fault);
 
 /* The compact curve for the controller: `knots` of the `count` samples of a monotone
- * torsion curve, such that straight lines between them stay as near to the samples as greedy
- * insertion makes them (from both ends and zero torque on, always at the largest error). Free of
- * loss: the mean of both branches. torque_Nm[count] strictly rising, angle_rad[count] not falling;
- * count >= knots >= 2; chosen[knots]: indices into the samples, rising; largest_error_rad over the
- * samples. LM_NULL, LM_NOT_FINITE, LM_NOT_MONOTONE ("torque_Nm", "angle_rad"), LM_OUT_OF_RANGE
+ * torsion curve, chosen by greedy insertion (starting with both ends and zero torque, then always
+ * at the largest error of linear interpolation). Loss-free: the mean of both branches.
+ * torque_Nm[count] strictly rising, angle_rad[count] not falling; count >= knots >= 2;
+ * chosen[knots]: indices into the samples, rising; largest_error_rad over the samples. LM_NULL,
+ * LM_NOT_FINITE, LM_NOT_MONOTONE ("torque_Nm", "angle_rad"), LM_OUT_OF_RANGE
  * ("knots"). O(knots count). */
 lm_status lm_choose_knots(const lm_real torque_Nm[], const lm_real angle_rad[], int count,
                           int knots, int chosen[], lm_real *largest_error_rad, lm_fault *fault);

@@ -59,7 +59,7 @@ FROM = {
     "write_drive": "drives",
     "write_report": "report",
 }
-"""The module that has a name; those that are modules themselves are called (`callable_module`)."""
+"""Module of each public name; names of modules are callable (`callable_module`)."""
 
 MODULES = (
     "catalogue",
@@ -78,7 +78,7 @@ MODULES = (
     "report",
     "units",
 )
-"""What there is to be imported from."""
+"""Importable modules."""
 
 __all__ = [
     "Campaign",

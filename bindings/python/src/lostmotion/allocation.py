@@ -32,10 +32,10 @@ GRADES = (4, 11)
 no fit (ISO 286-1, Annex B)."""
 
 LEVELS = ("probable", "worst")
-"""Where in production the target is to be kept."""
+"""Production level at which the target must be met."""
 
 ROUNDS_MOST = 50
-"""Rounds of exchanges; each saves something."""
+"""Largest number of exchange rounds; each reduces the cost."""
 
 
 @dataclass(frozen=True)
@@ -151,7 +151,7 @@ def cheapest_tolerances(
 
 
 ROUNDING = 1e-9
-"""Share by which a gap may exceed the widest, and a target be missed, by rounding."""
+"""Relative rounding tolerance of the widest gap and of the target."""
 
 
 def widest_gap(lost: Callable[[float], float], target: float, most_mm: float) -> float:
@@ -166,7 +166,7 @@ def widest_gap(lost: Callable[[float], float], target: float, most_mm: float) ->
 
 
 HALVINGS = 50
-"""Of a gap of one module, to the last bit of a float64."""
+"""Bisections of a gap of one module, to the last bit of a float64."""
 
 
 def allocate(

@@ -11,8 +11,9 @@ FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
 
 REVERSAL_SHARE = 0.02
-"""A turn of the torque counts as a reversal when it goes back by this share of the largest torque,
-on either side of the noise."""
+"""A change of direction of the torque is a reversal if the torque goes back by more than this share
+of the largest torque.
+"""
 
 
 def directions(torque: FloatArray, largest: float) -> tuple[IntArray, FloatArray]:

@@ -19,12 +19,13 @@ from lostmotion.model import design_model, fitted_torsion_curve
 FloatArray = npt.NDArray[np.float64]
 
 CONSTANTS = {"ring_factor": 1.0, "tooth_compliance_mm_per_N": 1e-5, "foundation_N_per_mm2": 2600.0}
-"""Keys of [design.support] that can be calibrated, each with where its search begins: first
+"""Keys of [design.support] that can be calibrated, each with the start of its search: first
 principles, the order of magnitude of equation (6) for steel, balls under a rim of size 20."""
 
 DEFAULT = ("ring_factor",)
-"""Calibrated unless others are requested. It alone brings makers' curves of sizes 14 to 40 within
-2 to 8 % over the whole range of torque; a second one is rarely identified by three slopes."""
+"""Default constant. It alone fits manufacturers' curves of sizes 14 to 40 within 2 to 8 % over the
+whole torque range; three slopes rarely identify a second one.
+"""
 
 POINTS = 12
 """Torques at which the curves are compared, evenly from the first to the last."""
@@ -33,14 +34,17 @@ CONFIDENCE = 0.95
 """Of the intervals; conventional."""
 
 RATIO_APART = 0.01
-"""Share by which the ratios may differ: a drawing has the ratio of its teeth, a sheet a round
-one."""
+"""Relative difference allowed between ratios: a drawing has the ratio of its teeth, a data sheet a
+rounded one.
+"""
 
 STEP = 1e-4
-"""Step of a logarithm for derivatives: the model is good to 1e-9."""
+"""Step of a logarithm for derivatives; the accuracy of the model is 1e-9."""
 
 FACTOR_MOST = 1e3
-"""Most that a constant is moved, either way; ends the search where the curve says nothing."""
+"""Largest factor on a constant, either way; it ends the search if the curve does not identify the
+constant.
+"""
 
 
 @dataclass(frozen=True)

@@ -25,13 +25,13 @@ SIGNALLED = 128
 """Added to the number of the signal that ended a command, as shells do."""
 
 PLACES = ("output", "json", "report", "table", "save-evidence")
-"""Options that say where something is written."""
+"""Options for output files."""
 
 FOLDER_WRITERS = ("design", "demo")
 """Commands whose output is a folder, not one file."""
 
 RECORDINGS = (".csv", ".csv.gz", ".gz", ".parquet", ".tsv", ".txt", ".npz", ".npy", ".log")
-"""Ends of names that are, or may be, read as recordings in a folder."""
+"""Suffixes of files in a folder that may be read as recordings."""
 
 SIGNED_OPTIONS = (
     "--torque",
@@ -48,7 +48,7 @@ REPEATED_OPTIONS = {
     "--map": re.compile(r".+=.+"),
     "--set": re.compile(r".+=.+"),
 }
-"""Options that may be given several values at once, and what such a value looks like."""
+"""Options that accept several values at once, and the pattern of such a value."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -13,10 +13,10 @@ from lostmotion.errors import InputError, one_line
 LOG = logging.getLogger(__name__)
 
 PATIENCE = "10s"
-"""How long a scheduler may take to answer."""
+"""Timeout for the answer of a scheduler."""
 
 LOOK_S = 5.0
-"""Time between two examines whether a cluster still has workers."""
+"""Time between two checks whether a cluster still has workers."""
 
 
 def no_dask() -> InputError:

@@ -15,7 +15,7 @@ from lostmotion.keys import Key, as_in_file, read_keys
 from lostmotion.structs import DISTRIBUTIONS, ZONES
 
 COMBINED = ("fit", "gear")
-"""Kinds that are spelled out."""
+"""Kinds that are expanded."""
 
 GEAR_KEYS = (
     Key("kind", kind="text"),

@@ -37,7 +37,9 @@ else:
 LOG = logging.getLogger(__name__)
 
 LEAST_TORQUE_NM, MOST_TORQUE_NM = 1e-6, float(core().lib.LM_TORQUE_LIMIT_MAX_NM)
-"""Torques of a drive: the library's own upper bound, and a millionth of the smallest gear's."""
+"""Limits of drive torques: upper bound of the library, and a millionth of the torque of the
+smallest gear.
+"""
 
 MOST_RATED_NM = MOST_TORQUE_NM / 2
 """The controller's curve goes to twice the rated torque."""
@@ -320,7 +322,7 @@ RECORDING_KEYS = (
     Key("locked", kind="choice", choices=SIDES),
     Key("torque_constant", "Nm_per_A", low=1e-6, high=1e3),
 )
-"""What a drive file may say of how its recordings are made."""
+"""Keys of [recordings]."""
 
 
 def _protocol(file: str, table: Any) -> Protocol:

@@ -100,7 +100,7 @@ def given_as(function: str, argument: str, value: object, *kinds: type) -> None:
 
 
 FOUND_MAX = 200
-"""Longest quotation of what was found, in characters."""
+"""Longest quotation of a found value, in characters."""
 
 
 def one_line(text: str) -> str:

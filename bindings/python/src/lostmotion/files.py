@@ -36,8 +36,9 @@ TEXT_BYTES_MAX = 1 << 24
 writes, a fit with many effects and their covariance, has 0.1 MiB."""
 
 PIPE_BYTES_MAX = 1 << 28
-"""What is read from a pipe or a device, at most: 256 MiB, chosen. They have no size
-to look up, and ``/dev/zero`` has no end."""
+"""Largest size read from a pipe or a device: 256 MiB, chosen. Their size is unknown, and
+``/dev/zero`` is endless.
+"""
 
 
 def read_bytes(path: str | Path, expected: str, most: int | None = None) -> bytes:
@@ -153,8 +154,9 @@ def is_stream(path: str | Path) -> bool:
 
 
 REPLACE_TRIES = 20
-"""How often a file is renamed while Windows reports it open in another program: virus scanners
-and indexers hold a new file for a moment. Chosen: one second, as in the C part."""
+"""Number of attempts to rename a file that Windows reports as open in another program: virus
+scanners and indexers open new files briefly. Chosen: one second, as in the C part.
+"""
 
 REPLACE_WAIT_S = 0.05
 """Time between two of them."""

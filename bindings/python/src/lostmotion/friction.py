@@ -10,7 +10,7 @@ from typing import Literal, get_args
 Friction = Literal["inside", "outside", "inside+load", "both", "both+load"]
 
 FORMS: tuple[Friction, ...] = get_args(Friction)
-"""In the order of their numbers of values: the first that does is taken."""
+"""In the order of their numbers of values: the first sufficient one is selected."""
 
 PARTS: dict[Friction, frozenset[str]] = {
     "inside": frozenset({"parallel"}),
@@ -19,8 +19,9 @@ PARTS: dict[Friction, frozenset[str]] = {
     "both": frozenset({"parallel", "series"}),
     "both+load": frozenset({"parallel", "series", "load"}),
 }
-"""What takes part: friction in parallel with the spring, in series, half widths that grow with the
-load. A form contains those whose parts it has."""
+"""Parts: friction in parallel with the spring, in series, half widths that grow with the load. A
+form contains those whose parts it has.
+"""
 
 WORDS: dict[Friction, str] = {
     "inside": "in parallel with the spring",
@@ -29,7 +30,7 @@ WORDS: dict[Friction, str] = {
     "both": "in parallel and in series with the spring",
     "both+load": "in parallel and in series with the spring, growing with the load",
 }
-"""Every form in words, behind 'friction'."""
+"""Description of every form, after 'friction'."""
 
 
 def contained(form: Friction) -> tuple[Friction, ...]:

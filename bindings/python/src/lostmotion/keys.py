@@ -14,7 +14,7 @@ Kind = Literal["real", "integer", "switch", "text", "choice"]
 
 
 INTEGER_MAX = 2**31 - 1
-"""Integers beyond it are none that the library can hold."""
+"""Largest integer of the library."""
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ FloatArray = npt.NDArray[np.float64]
 Array = npt.NDArray[Any]
 
 TORSION_CURVE_TORQUES = 257
-"""Torques at which a design is evaluated to become a torsion curve."""
+"""Number of torques at which a design is evaluated for a torsion curve."""
 
 PROBABLE_T = 3.0
 """Half width of the probable limits in standard deviations: 0.27 % lie outside."""

@@ -18,7 +18,7 @@ LIST = ".lostmotion-files"
 """Name of the list: lines as of ``sha256sum``, a name behind its sum."""
 
 AT_WORK = "-" * 64
-"""In place of a sum while a command is at work."""
+"""Replaces a checksum while a command is running."""
 
 
 def claim(folder: str | Path, names: Iterable[str]) -> None:

@@ -8,22 +8,23 @@ once.
 # Gates: what every candidate must pass.
 
 P_LIMIT = 0.01
-"""Of the F test, over all candidates; the sign flips have their own level. It is shared evenly
-among the kinds of candidates, and within a kind among its tests (Bonferroni): a hundred ripples,
-each of which shows within every run, do not drown the few ways in which runs may differ.
+"""Level of the F test over all candidates; the sign-flip test has its own level. It is divided
+evenly between the kinds of candidates, and within a kind between its tests (Bonferroni), so that a
+hundred ripples, each visible within every run, do not suppress the few possible differences between
+runs.
 
 Conventional: one false answer in a hundred campaigns.
 """
 
 FLIP_LEVEL = 0.05
-"""Level of the sign flips where many runs carry a candidate ...
+"""Level of the sign-flip test if many runs support a candidate ...
 
 Conventional: the usual 5 % of a permutation test, beside the F test.
 """
 
 FLIP_ROOM = 2.0
-"""... and its limit over what the flips could reach at best, where the plan lets few runs show it:
-three runs that wear could be seen in have eight patterns of signs, whatever they say.
+"""... and its limit relative to the smallest possible p if the plan limits the test to few runs:
+three runs that can show wear have only eight sign patterns.
 
 Chosen: on campaigns of tests/rig.
 """
@@ -43,51 +44,51 @@ Chosen: a tenth of `P_LIMIT`.
 # Sizes: what is large enough to count.
 
 SIZE_LEAST = 0.1
-"""Least size of what is called missing, rms over the noise: a model that is off by a tenth of the
-noise is as good as recordings can tell in practice.
+"""Least size of a missing effect, rms relative to the noise: in practice recordings cannot
+distinguish a model with an error of a tenth of the noise from an exact one.
 
 Derived: at a tenth of the noise the rms error of a model rises by half a per cent.
 """
 
 TAKEN_UP = 1 / 3
-"""An effect of this share of the least size may be larger than it looks where the runs' own
-stiffness and gap have taken it up: it is refitted, and the error of all runs together tells.
+"""An effect above this share of the least size may be larger than it seems if the runs' own
+stiffness and gap have absorbed it: it is refitted, and the common error of all runs decides.
 
 Chosen: on campaigns of tests/rig.
 """
 
 SHAPE_AFTER_NAMED = 0.25
-"""Least size over the noise of a shape that is called missing beside a named effect: below it the
-named effect explains the misfit, only not in every detail.
+"""Least size, relative to the noise, of a shape that counts in addition to a named effect: below it
+the named effect explains the misfit except for details.
 
 Chosen: on campaigns of tests/rig.
 """
 
 LEFTOVER_SHARE = 0.12
-"""Residual of a named effect because its form is not exactly right counts as missing from this
-share of its size on.
+"""The residual of a named effect due to its inexact form counts as missing above this share of its
+size.
 
 Chosen: on campaigns of tests/rig.
 """
 
 TWIN_SHARE = 0.3
-"""The same share for an effect that is known to be confused with one in the model ...
+"""The same share for an effect that is known to be confounded with one in the model ...
 
 Chosen: on campaigns of tests/rig.
 """
 
 ALIKE_SHARE = 0.25
-"""... and of which that one could do this share here: a plan may show well apart what others do
-not, as orders 2 and 2.02 of a turn over a whole turn of the output.
+"""... and of which that one can absorb this share here: some plans separate what others do not,
+such as orders 2 and 2.02 over a whole turn of the output.
 
 Chosen: on campaigns of tests/rig.
 """
 
 FORM_SHARE = 0.0025
-"""Exactness of the baseline's form, over the rms of the lost motion.
+"""Form error of the baseline model relative to the rms of the lost motion.
 
-A torsion curve of straight pieces and a few operators on the torque is not exact for any drive.
-What depends on the load alone and is smaller is not distinguished from that.
+A piecewise linear torsion curve with a few operators is not exact for any drive. Smaller effects
+that depend only on the load are not distinguished from this error.
 
 Chosen: on campaigns of tests/rig.
 """
@@ -95,15 +96,15 @@ Chosen: on campaigns of tests/rig.
 # Choice: which of those that count is the answer.
 
 NAMED_SHARE = 0.75
-"""A named effect that reaches this share of the best shape's gain is the answer: a real effect
-never has exactly the form of the library.
+"""A named effect that reaches this share of the best shape's gain is selected: a real effect never
+has exactly the form of the library.
 
 Chosen: on campaigns of tests/rig.
 """
 
 SIMPLER_SHARE = 0.97
-"""An effect, or a shape, with fewer values that reaches this share of the best one's gain is the
-answer.
+"""An effect, or a shape, with fewer values that reaches this share of the best one's gain is
+selected.
 
 Chosen: on campaigns of tests/rig.
 """
@@ -121,8 +122,8 @@ Conventional: two standard deviations, 5 % two-sided with many runs.
 """
 
 SIGNED_RANK = 2.6
-"""... nor by the signed ranks of the runs, in standard deviations: where one run says most, t is
-about 1 whatever the others say ...
+"""... and the same for the signed ranks of the runs, in standard deviations: if one run dominates,
+t is about 1 regardless of the others ...
 
 Conventional: 1 % two-sided of a normal deviate.
 """
@@ -134,19 +135,20 @@ Chosen: on campaigns of tests/rig.
 """
 
 FAR = 3.0
-"""Times its tangent's gain from which on a refit tells more than the tangents of its rivals.
+"""Multiple of its tangent's gain above which a refit is more informative than the tangents of its
+rivals.
 
 Chosen: on campaigns of tests/rig.
 """
 
 TERMS_MAX = 4
-"""Effects and shapes that are taken into the model, at most.
+"""Largest number of effects and shapes in the model.
 
 Chosen: on campaigns of tests/rig.
 """
 
 RUNS_PER_TERM = 4
-"""An effect for every so many runs, at most.
+"""Least number of runs per effect.
 
 Chosen: on campaigns of tests/rig.
 """
@@ -154,13 +156,13 @@ Chosen: on campaigns of tests/rig.
 # Refits: which candidates are fitted in truth.
 
 REFITS_NAMED = 3
-"""How many of the strongest are refitted.
+"""Number of the strongest that are refitted.
 
-Chosen: by the time of a diagnosis; where none of these stands, those behind them follow.
+Chosen: by the time of a diagnosis; if none of these passes, the next ones follow.
 """
 
 REFITS_SHAPES = 2
-"""How many of the strongest are refitted.
+"""Number of the strongest that are refitted.
 
 Chosen: as `REFITS_NAMED`.
 """
@@ -185,26 +187,27 @@ Chosen: on campaigns of tests/rig.
 """
 
 WANDERING = 2.0
-"""Noise whose spread is this many times its innovations wanders so slowly that it may be a
-missing effect: the strongest candidates are then refitted before the noise is believed.
+"""If the standard deviation of the noise is this multiple of that of its innovations, the noise is
+so slow that it may be a missing effect: the strongest candidates are then refitted before the noise
+estimate is accepted.
 
 Chosen: on campaigns of tests/rig.
 """
 
 CALMER = 0.9
-"""Share of the spread below which the noise after such a refit is the one that is believed.
+"""Share of the standard deviation below which the noise after such a refit is accepted.
 
 Chosen: on campaigns of tests/rig.
 """
 
 PROMISE_KEPT = 0.5
-"""Share of the gain in the contest below which a refit has gone astray.
+"""Share of the gain in the contest below which a refit has failed.
 
 Chosen: on campaigns of tests/rig.
 """
 
 WORSE = 1.2
-"""A step that lets the plain residual grow by more than this has left what is known.
+"""A step that increases the unwhitened residual by more than this is rejected.
 
 Chosen: on campaigns of tests/rig.
 """
@@ -212,7 +215,7 @@ Chosen: on campaigns of tests/rig.
 # Verdict: what is stated of the answer.
 
 RUNS_LEAST = 6
-"""With fewer runs the smallest p of sign flips is above 0.05: no names.
+"""With fewer runs the smallest p of the sign-flip test is above 0.05: no effect can be identified.
 
 Derived: 2^-(n-1) < 0.05 for n = 6, of the signs of the runs.
 """
@@ -230,7 +233,7 @@ Derived: three quarters of the one's square are the other's.
 """
 
 POWER = 0.8
-"""Chance with which the smallest detectable size would be found.
+"""Probability with which the smallest detectable size is found.
 
 Conventional: the power of a planned test.
 """
@@ -242,24 +245,24 @@ Chosen: two powers of ten.
 """
 
 FORM_EXPLAINS = 0.5
-"""Share of the error above the measurement noise that another form of the hysteresis must take to
-be the baseline model: less may be an effect that is missing, whose form the operators resemble.
+"""Share of the error above the measurement noise that another form of the hysteresis must explain
+to be selected: less may be a missing effect that the operators imitate.
 
 Chosen: half, on even seeds of tests/rig/laboratory.py and a few of the older rig; not judged on
 others.
 """
 
 HARM_MOST = 0.05
-"""An effect that raises the error of runs of one setting, predicted from those of the others, by
-more than this is not recommended.
+"""An effect that increases the error of runs of one setting, predicted from the others, by more
+than this is not recommended.
 
-Conventional: what is asked of a recommended effect, 5 % at an amplitude that was left out.
+Conventional: 5 % at an amplitude that was left out.
 """
 
 # Runs that stand apart.
 
 OUTLIER_RUNS_LEVEL = 0.002
-"""Chance that a campaign of nothing but scatter has runs that are said to stand apart.
+"""Probability that a campaign with only scatter is reported to have outlier runs.
 
 Chosen: a fifth of `P_LIMIT`.
 """
@@ -271,34 +274,34 @@ Conventional: Rosner, Technometrics 25 (1983) 165.
 """
 
 OUTLIER_RUNS_SHARE_MOST = 0.2
-"""More than this share of the runs does not stand apart from the others.
+"""Largest share of outlier runs.
 
 Conventional: as Rosner, for whom outliers are few.
 """
 
 OUTLIER_RUNS_ALIKE_LEAST = 3
-"""So many runs that stand apart and are just those of one load depend on the recorded load:
-what the form of the baseline model does not meet there is no unknown cause.
+"""If at least this number of outlier runs are exactly the runs of one load, the deviation depends
+on the recorded load: a form error of the baseline model is not an unknown cause.
 
 Chosen: on campaigns of tests/rig.
 """
 
 OUTLIER_RUNS_FAR_LOAD = 2.0
-"""Runs whose load is so many times as large as any smaller one, and any larger one so many times
-theirs, are alone in telling how the drive acts there: even two that all lean to one side do ...
+"""Runs whose load differs by this factor from all others are the only ones at that load: even two
+runs that deviate to the same side count ...
 
 Chosen: on campaigns of tests/rig.
 """
 
 OUTLIER_RUNS_LEANS = 1.0
-"""... by at least this of the spread, those beside the ones that stand apart.
+"""... if the others of that load deviate by at least this share of the standard deviation.
 
 Chosen: on campaigns of tests/rig.
 """
 
 OUTLIER_RUNS_TOLD_LEAST = 0.1
-"""Least share of a part's variance that a run's recordings must tell: a run that never reverses
-says nothing of friction.
+"""Least share of the variance of a part that the recordings of a run must determine: a run without
+reversal does not determine friction.
 
 Chosen: on campaigns of tests/rig.
 """
@@ -313,7 +316,7 @@ Chosen: on campaigns of tests/rig.
 """
 
 EVENT_TAIL_FACTOR = 1.5
-"""... and over the largest score that the other runs reach, where the noise has long tails.
+"""... and relative to the largest score of the other runs, if the noise has long tails.
 
 Chosen: on campaigns of tests/rig.
 """
@@ -325,8 +328,8 @@ Chosen: on campaigns of tests/rig.
 """
 
 EVENT_SEEN_SHARE = 0.5
-"""Share of a step by which the medians before and behind it must differ: one wild sample, or a few
-that steer the run's own curve, make a step in the fit, but none that can be seen ...
+"""Share of a step by which the medians before and after it must differ: one outlier, or a few that
+dominate the run's own curve, cause a step in the fit, but no visible one ...
 
 Chosen: on campaigns of tests/rig.
 """

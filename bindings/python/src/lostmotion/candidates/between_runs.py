@@ -27,7 +27,7 @@ FloatArray = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
 STANDING = 1e-3
-"""Share of the quickest rate below which a load is at rest."""
+"""Share of the fastest rate below which a load is at rest."""
 
 
 def run_channels(base: BaselineModel) -> dict[str, tuple[FloatArray, str]]:

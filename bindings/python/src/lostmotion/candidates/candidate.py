@@ -17,7 +17,7 @@ LOAD_CHANNELS = {"torque", "torque_rate", "time"}
 """Conditions of effects, and quantities of shapes, that are the torque and its history."""
 
 KINDS = ("effect", "shape", "ripple", "run")
-"""Named effects, smooth shapes, ripples over a torque or an angle, what runs have of their own."""
+"""Named effects, smooth shapes, ripples over torque or angle, differences between runs."""
 
 
 @dataclass

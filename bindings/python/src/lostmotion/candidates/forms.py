@@ -30,7 +30,7 @@ from lostmotion.fit.point import Point
 FloatArray = npt.NDArray[np.float64]
 
 HALF_A_TOOTH = 0.5
-"""Least multiple of a slipped tooth that is not taken for something else."""
+"""Least multiple of a tooth that counts as a slip."""
 
 
 class Starts(Protocol):

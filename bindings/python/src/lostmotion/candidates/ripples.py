@@ -19,7 +19,7 @@ from lostmotion.fit.baseline import BaselineModel
 FloatArray = npt.NDArray[np.float64]
 
 TURNS_LEAST = 2.0
-"""Turns of an angle within a run from which on it turns."""
+"""Turns of an angle within a run above which it counts as turning."""
 
 ORDER_MOST = 40.0
 """Highest order that is examined."""
@@ -28,16 +28,16 @@ BINS = 6.0
 """Bins of the angle in a period of the highest order."""
 
 BINS_MOST = 2**18
-"""Most bins: who records thousands of turns does so in search of what is slow."""
+"""Largest number of bins: recordings of thousands of turns serve to find slow effects."""
 
 PADDING = 4
 """Points of the spectrum for each order that the recorded turns resolve."""
 
 NEIGHBOURS = 50
-"""Orders on either side of one that state how strong the noise is there."""
+"""Orders on either side from which the local noise level is estimated."""
 
 LOWEST = 3.0
-"""Periods over all turns: what is slower is a drift of time."""
+"""Least number of periods over all turns: slower variations are a drift over time."""
 
 
 def ripples(base: BaselineModel) -> list[Candidate]:

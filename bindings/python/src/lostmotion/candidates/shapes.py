@@ -20,7 +20,7 @@ from lostmotion.fit.point import Point
 FloatArray = npt.NDArray[np.float64]
 
 ORDER_MAX = 3
-"""Higher polynomials extrapolate badly when a run is left out."""
+"""Polynomials of higher order extrapolate poorly when a run is left out."""
 
 TORQUE_WAVES = 48
 """Periods of a ripple over the range of torque, finest."""
@@ -29,7 +29,9 @@ ANGLE_ORDERS = (0.5, 1, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8, 10, 12)
 """Orders of a turn that are examined beside the first four."""
 
 SEEN_RAD = 0.5
-"""Part of a wave over an angle that has to be recorded: less of it is a power of anything slow."""
+"""Part of a wave over an angle that must be recorded: a shorter part resembles a polynomial of any
+slow quantity.
+"""
 
 PARTS = ("lost motion", "stiffness", "friction", "gap")
 

@@ -21,7 +21,7 @@ from lostmotion.units import ARCSEC
 FloatArray = npt.NDArray[np.float64]
 
 BESIDE = 5
-"""Samples before and behind a jump whose medians show that it stays."""
+"""Samples before and after a jump whose medians show that it is permanent."""
 
 
 def jumping_effect(effects: Mapping[str, Effect]) -> Effect | None:

@@ -26,10 +26,10 @@ POINTS_MAX = 4
 """Combinations of starts of the inner values of an effect that are tried."""
 
 TORQUE_SHARES = (0.02, 0.1, 0.5)
-"""Starts of a torque for which a card states none, over rated torque."""
+"""Default starts of a torque value, relative to rated torque."""
 
 SMALL = 0.005
-"""Largest torque over the rated one that an effect on the torque has where it is differenced."""
+"""Step of a torque effect in differences, relative to rated torque."""
 
 
 def given_values(base: BaselineModel, ratio: float) -> dict[str, float]:

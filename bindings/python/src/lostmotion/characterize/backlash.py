@@ -19,12 +19,14 @@ GAP_SHARE = 0.02
 radial gap closes below 2 % of the rated torque (theory page, take-up of the radial gap)."""
 
 CLOSED = 3.0
-"""The curve beyond a gap is that of torques from so many times its take-up torque on: a gap that
-closes as a hyperbolic tangent is closed but for 0.5 % there, one that closes in a line wholly."""
+"""The curve beyond a gap starts at this multiple of its take-up torque: a gap that closes as a
+hyperbolic tangent is closed to 0.5 % there, one that closes linearly is closed completely.
+"""
 
 SOFTER = 2.0
-"""Within a dead zone the drive is at least so many times as soft as beyond it. Less is the rounding
-that every loop has about zero, not a gap."""
+"""Backlash is at least this many times as soft as the curve beyond it. Less is the normal rounding
+of every loop near zero.
+"""
 
 
 @dataclass(frozen=True)

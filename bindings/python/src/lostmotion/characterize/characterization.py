@@ -41,14 +41,17 @@ FloatArray = npt.NDArray[np.float64]
 SCHEMA = "lostmotion.characterization/1"
 
 RATIO_UNKNOWN = 100.0
-"""Stands in a drive file whose ratio is not known. Recordings of the lost motion do not use it."""
+"""Ratio in a drive file if it is unknown. Recordings of the lost motion do not use it."""
 
 AMPLITUDE_SLACK = 0.1
-"""Loops whose amplitude is this share from the rated torque are no loops to the rated torque."""
+"""Loops whose amplitude differs from the rated torque by more than this share are not loops to the
+rated torque.
+"""
 
 COARSE_SHARE = 0.1
-"""Share of the swing of the lost motion from which the steps of an encoder count as coarse:
-rounding alone then makes 3 % of it."""
+"""Share of the range of the lost motion above which the steps of an encoder are coarse: rounding
+alone is then 3 % of it.
+"""
 
 CURVE = ("T1", "K1", "T2", "K2", "K3")
 """The torsion curve, in the order of a catalogue."""

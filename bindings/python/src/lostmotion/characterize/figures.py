@@ -40,11 +40,12 @@ WINDOW_NODES = 9
 """Nodes of the mean curve in this window."""
 
 LOST_MOTION_WINDOW = 8.0
-"""Lost motion is read from samples up to so many times its torque, in cells of their own."""
+"""Lost motion is read from samples up to this multiple of its torque, in separate bins."""
 
 DETERMINED = 1e-6
-"""A value is determined by the samples when less than this share of it lies where they say
-nothing: rounding of the decomposition, not of the data."""
+"""A value is determined if less than this share of it is in the null space: rounding of the
+decomposition, not of the data.
+"""
 
 
 @dataclass(frozen=True)

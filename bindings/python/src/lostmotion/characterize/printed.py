@@ -20,7 +20,7 @@ NAMES = {
     "hysteresis_loss_arcmin": "hysteresis loss, arcmin",
     "backlash_arcmin": "backlash, arcmin",
 }
-"""What the figures of an answer are called in print."""
+"""Printed names of the figures of an answer."""
 
 
 def flat(answer: Mapping[str, Any]) -> dict[str, Any]:

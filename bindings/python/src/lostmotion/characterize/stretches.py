@@ -21,8 +21,9 @@ FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
 
 TIP_SHARE = 0.1
-"""How far from a tip, as a share of the amplitude, a stretch may begin and still lie on the loop:
-chosen as in `compare`, where runs within 5 % on either side repeat each other."""
+"""Largest distance from a tip, as a share of the amplitude, at which a section may start: chosen as
+in `compare`, where runs within 5 % repeat each other.
+"""
 
 SAME_AMPLITUDE = 1.0 - TIP_SHARE
 """Runs that reach this share of the largest amplitude are loops of one size."""
@@ -31,17 +32,19 @@ ONE_DIRECTION = 0.1
 """Below this share of the torque in the other direction a campaign has one direction only."""
 
 FEW_READINGS = 50
-"""Below this number readings were taken one by one: they are independent, and a loop has no more
-than a width, the same at every torque. The number from which `fit` has enough for the baseline
-model."""
+"""Below this number readings are treated as manual: independent, with a loop of constant width.
+Above it `fit` can estimate the baseline model.
+"""
 
 NOISE_TURN = 4.0
-"""A torque turns round where it goes back by so many times its noise: one normal sample in 16,000
-does that by chance."""
+"""A torque reverses if it goes back by this multiple of its noise: one normal sample in 16,000 does
+so by chance.
+"""
 
 CELLS = 160
-"""Cells of torque in which the samples of a stretch are averaged: a dwell counts once, every torque
-equally. Less than 1 % of the amplitude a cell."""
+"""Torque bins in which the samples of a section are averaged, so that a dwell counts once and every
+torque equally. A bin is less than 1 % of the amplitude.
+"""
 
 
 @dataclass(frozen=True)
@@ -295,7 +298,7 @@ def torque_noise(torque_Nm: FloatArray) -> float:
 
 
 STEP_SLACK = 0.05
-"""How far from whole steps, in steps, readings may differ that were rounded to steps."""
+"""Tolerance of rounded readings, in steps."""
 
 
 def reading_step(angle_rad: FloatArray) -> float:

@@ -32,24 +32,28 @@ FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
 
 LOOPS_LEAST = 4
-"""Fewer loops do not tell how much loops differ: with three, Student's t has two degrees of freedom
-and a 95 % interval is 4.3 standard errors wide on either side."""
+"""With fewer loops their differences are unknown: with three, Student's t has two degrees of
+freedom and a 95 % interval is 4.3 standard errors wide on either side.
+"""
 
 PIECES = 8
-"""Blocks of a loop where loops are too few: each then holds some 40 correlated neighbours, and
-there are enough of them for a variance."""
+"""Blocks per loop if there are too few loops: each has about 40 correlated neighbours, and there
+are enough blocks for a variance.
+"""
 
 SHARED_PIECES = 2
-"""Pieces of each branch on either side of zero in which what loops have in common is left out."""
+"""Parts of each branch on either side of zero for the common residual of loops."""
 
 SHARED_SHARE = 0.02
-"""Share of the fitted variance from which what the loops have in common beside curve and width is
-in the errors. Chosen: straight lines through the curves of strain-wave and cycloidal drives leave
-0.001 of it, the gears and coarse encoders of a joint that turns without load a tenth and more."""
+"""Share of the fitted variance above which the common residual of the loops is included in the
+errors. Chosen: straight lines leave 0.001 for strain-wave and cycloidal drives, but a tenth and
+more for a joint that turns without load with coarse encoders.
+"""
 
 VALUES_SHARE = 0.6
-"""Of few readings at most this share is spent on values, the rest tells their error: five carry an
-offset, a slope and a width."""
+"""Largest ratio of values to readings for few readings; the rest determines the errors: five
+readings determine an offset, a slope and a width.
+"""
 
 WIDTH_NODES = (*np.arange(0.0, 0.9, 0.05), 0.9, 0.925, 0.95, 0.975, 1.0)
 """Nodes of the half width over the amplitude, closer at the tips, where it closes."""
@@ -58,27 +62,29 @@ WIDTH_NODES_LEAST = 6
 """With fewer nodes a loop has too few samples to show where it closes."""
 
 NODE_LEVELS = 2
-"""Between two nodes each branch was read at so many torques or more: a straight line has two."""
+"""Least number of torques per branch between two nodes: a straight line needs two."""
 
 DEVELOPED = 0.9
-"""A loop that still has this share of its usual width at `TRANSITION_MOST` is developed."""
+"""A loop with at least this share of its usual width at `TRANSITION_MOST` is fully developed."""
 
 TRANSITION_MOST = 0.5
-"""A loop that is developed up to this share of its amplitude has a transition behind its tips and a
-width beside it. One that closes as an ellipse is developed to a third of it."""
+"""A loop that is fully developed up to this share of its amplitude has transitions after its tips.
+One that closes like an ellipse is developed to a third of it.
+"""
 
 CONFIDENCE = 0.95
 """Of every interval."""
 
 KINKS = np.linspace(0.06, 0.94, 45)
-"""Where kinks are looked for at first, over the amplitude."""
+"""Grid of the kink search, relative to the amplitude."""
 
 KINK_APART = 0.06
 """Two kinks, or a kink and an end, are at least this share of the amplitude apart: a slope needs a
-stretch of torque."""
+range of torque.
+"""
 
 KINK_WALD = 8.68
-"""A change of slope at an unknown torque is one where its Wald statistic is above this: 5 %
+"""Critical Wald statistic of a change of slope at an unknown torque: 5 %
 critical value for one parameter, 15 % trimmed at either end (Andrews, Econometrica 71 (2003),
 p. 395)."""
 
@@ -118,7 +124,7 @@ class CurveFit:
     residual_rad: FloatArray
     kink_intervals_Nm: list[tuple[float, float]] = field(default_factory=list)
     shared_rad: float = 0.0
-    """What the loops have in common beside curve and width, where it is large; else 0."""
+    """Common residual of the loops if it is large; else 0."""
 
     @property
     def rms_rad(self) -> float:
@@ -557,8 +563,9 @@ def fit_slopes(samples: Samples, slopes: int, takeup_Nm: float = 0.0) -> CurveFi
 
 
 FEW_KINK_WALD = 11.72
-"""The same for a slope and its torque together, two parameters: of few readings the fall of the
-sum of squares is tested, for a kink between readings has no error of a straight line."""
+"""The same for a slope and its torque together, two parameters: for few readings the decrease of
+the sum of squares is tested, because the error of a kink between readings is not linear.
+"""
 
 
 def falls_enough(samples: Samples, fewer: CurveFit, more: CurveFit) -> bool:

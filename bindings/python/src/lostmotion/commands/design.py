@@ -27,7 +27,7 @@ FRONT_ROWS = 12
 """Most designs of the front that are printed."""
 
 APART = 0.1
-"""Share by which an objective of the fine check may differ from the search's, unsaid."""
+"""Relative difference of an objective between fine check and search that is not reported."""
 
 
 def run_design(arguments: argparse.Namespace) -> None:

@@ -350,7 +350,7 @@ def show_conditions(rung: Mapping[str, Any], indent: str, out: TextIO) -> None:
 
 
 OWN_RANGE = {"amplitude": "torque", "temperature": "temperature", "speed": "speed"}
-"""The range that a condition itself goes beyond when one of its settings is left out."""
+"""Range that a condition itself exceeds if one of its settings is left out."""
 
 
 def extrapolated(condition: str, settings: Sequence[Mapping[str, Any]]) -> str:

@@ -14,7 +14,7 @@ from lostmotion.sample import read_or_sample
 from lostmotion.torsion_curve import TorsionCurve
 
 TORQUE_CONSTANT_MAX = 1e3
-"""Largest torque constant of a motor in N m/A; direct drives have some tens."""
+"""Largest torque constant of a motor in N m/A; direct drives have up to some tens."""
 
 
 def protocol_of(arguments: argparse.Namespace, stated: Protocol = FREE) -> Protocol:

@@ -18,13 +18,13 @@ from lostmotion.terminal import deliver, fixed, show_table
 from lostmotion.units import ARCMIN
 
 DEFAULT_TORQUES = 33
-"""Torques of a prediction that states none: from minus to plus the rated torque."""
+"""Default torques of a prediction: from minus to plus the rated torque."""
 
 TORQUES_MAX = 100_001
-"""Most torques of a prediction."""
+"""Largest number of torques of a prediction."""
 
 TARGET_MAX_ARCMIN = 600.0
-"""Largest lost motion that may be aimed at: ten degrees."""
+"""Largest target of the lost motion: ten degrees."""
 
 PHASE_MAX_DEG = 360.0
 """Largest tooth phase; it repeats with every tooth."""

@@ -21,7 +21,7 @@ SHOWN = {
 """Columns of the printed table; the file and the JSON have all."""
 
 ALONE = ("torque", "sensitivity", "target")
-"""Options of a prediction that a table has no place for."""
+"""Options of a prediction that do not apply to a table."""
 
 
 def run_table(arguments: argparse.Namespace) -> None:

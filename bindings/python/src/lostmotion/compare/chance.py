@@ -11,13 +11,13 @@ FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
 
 TINY = float(np.finfo(np.float64).tiny)
-"""Below it a ratio of two sums says nothing more."""
+"""Below it a ratio of two sums is meaningless."""
 
 FLIPS = 2047
 """Random sign patterns of the permutation test."""
 
 FULL_FLIPS_BLOCKS = 11
-"""With no more blocks than this all sign patterns are tried."""
+"""Up to this number of blocks all sign patterns are tried."""
 
 
 def variance_explained(

@@ -22,7 +22,9 @@ FINE_BINS = 64
 """Bins of the torque and of an angle's turn, in which there may be ripples."""
 
 TORQUE_RANGES = 6
-"""Ranges of torque in which runs, and what is at rest within a run, are examined apart."""
+"""Ranges of torque in which differences between runs and quantities that are constant within a run
+are examined separately.
+"""
 
 
 @dataclass(frozen=True)

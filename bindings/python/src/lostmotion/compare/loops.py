@@ -12,7 +12,7 @@ FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
 
 BLOCKS_LEAST = 6
-"""Fewer blocks cannot show anything: the smallest p is 2 / 2^blocks."""
+"""With fewer blocks nothing can be significant: the smallest p is 2 / 2^blocks."""
 
 LOADED_SHARE = 0.1
 """Above this share of the largest torque the drive counts as loaded."""
@@ -21,7 +21,7 @@ WIDTH_SHARE = 0.05
 """The width at zero is read from samples within this share of a run's largest torque."""
 
 WIDTH_SAMPLES = 5
-"""Fewer samples of a branch about zero show no width."""
+"""Least number of samples of a branch near zero for a width."""
 
 
 def zero_widths(torque_Nm: FloatArray, angles: FloatArray) -> FloatArray | None:

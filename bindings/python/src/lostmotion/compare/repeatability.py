@@ -13,11 +13,12 @@ from lostmotion.effects.conditions import Conditions
 FloatArray = npt.NDArray[np.float64]
 
 REPEATABILITY = "repeatability"
-"""What an error is set against here; `lostmotion.discover` has a noise floor instead."""
+"""Reference of an error here; `lostmotion.discover` uses the noise floor instead."""
 
 CALM_SHARE, CALM_VARIANCE = 0.99, 0.92476
-"""Share of the second differences that noise is told from, the smallest ones, and the share of the
-variance of normal noise that they have."""
+"""Share of the smallest second differences from which noise is estimated, and their share of the
+variance of normal noise.
+"""
 
 PATH_CELLS = 16
 """Cells of a torque path, on either branch, in which runs that repeat each other are compared."""

@@ -26,13 +26,13 @@ from lostmotion.units import ARCSEC
 FloatArray = npt.NDArray[np.float64]
 
 PERIOD_S = 0.005
-"""Period of the controller: between the recorded samples the torque goes along a straight line."""
+"""Period of the controller; the torque is interpolated linearly between the recorded samples."""
 
 LOGGED = ("time", "torque", "lost_motion", "temperature")
 """Quantities of the log."""
 
 TOLD = ("torque_Nm", "temperature_C", "elapsed_s")
-"""What the emulated controller receives in each tick, in the order of its log."""
+"""Inputs of the emulated controller in each tick, in the order of its log."""
 
 COMPILER, EMULATOR = "arm-none-eabi-gcc", "qemu-system-arm"
 MACHINE = "mps2-an386"

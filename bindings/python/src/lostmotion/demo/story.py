@@ -45,7 +45,7 @@ JOINT = Path("joint")
 DRIVE, RECORDING = "joint.toml", "joint.csv.gz"
 SPECS = Path("specs")
 SEARCHES = {"robot joint": 3000, "instrument": 2000, "ring generator": 2000}
-"""Specs, and the evaluations that each gets here in place of those it requires."""
+"""Specs, and their evaluation budgets in the demonstration."""
 
 TITLE = "Case study: diagnosing and compensating a robot joint"
 LEAD = (
@@ -55,11 +55,11 @@ LEAD = (
 )
 
 RESULTS = ("base.toml", "fitted.toml", "params.h", "params.bin", "report.html")
-"""What is written beside the inputs."""
+"""Output files beside the inputs."""
 
 NEXT = """next, with recordings of your own: lostmotion characterize mine.csv -o drive.toml
 then: lostmotion diagnose drive.toml mine.csv, or lostmotion workbench drive.toml mine.csv"""
-"""What to try after the demonstration."""
+"""Suggested next steps after the demonstration."""
 
 STEPS = 8
 

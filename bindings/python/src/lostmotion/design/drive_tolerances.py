@@ -10,7 +10,7 @@ from lostmotion.design.spec import Spec
 from lostmotion.design.spec_tolerances import ToleranceLink
 
 WHOLE = 1e-9
-"""A grade that lies so near a whole one is that."""
+"""Tolerance within which a grade counts as whole."""
 
 
 def kept_tolerances(

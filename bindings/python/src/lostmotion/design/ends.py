@@ -30,7 +30,7 @@ STOPS = {
     ("flexspline.length_mm", "high"): "room, torsion of the cup",
     ("flexspline.length_mm", "low"): "coning stress, gap at the open edge",
 }
-"""What holds a variable back in practice, by key and end."""
+"""Practical limits of a variable, by key and bound."""
 
 GRADE = {"low": "manufacturing capability and cost", "high": "interference of the fit"}
 """The same for tolerance grades."""

@@ -20,7 +20,7 @@ FATES = ("not_reached", "pruned", "dominated", "solved")
 """By the value of `lm_fate`."""
 
 ARCMIN_PER_RAD = 10_800 / math.pi
-"""arcmin in a radian: turns a compliance in arcmin/(N m) into a stiffness in N m/rad."""
+"""arcmin in a radian: converts a compliance in arcmin/(N m) to a stiffness in N m/rad."""
 
 
 @cache

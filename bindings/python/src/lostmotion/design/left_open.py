@@ -12,10 +12,10 @@ from lostmotion.design.spec_keys import ASSUMED, NAMED, NEVER, SWITCHES
 from lostmotion.structs import GENERATORS
 
 LEVELS = ("worst", "probable", "quantile")
-"""Where in production the tolerance figure is taken, by the value of `lm_level`."""
+"""Production level of the tolerance figure, by the value of `lm_level`."""
 
 UNSET = "in proportion to the size"
-"""Said of a value that no design is there to show."""
+"""Text for a value without a design."""
 
 
 def left_open(

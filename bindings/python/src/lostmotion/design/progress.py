@@ -13,7 +13,7 @@ OnProgress = Callable[[dict[str, Any]], None]
 """What informs a caller."""
 
 FRONT_SHOWN = 500
-"""Most designs of the front that are stated at once."""
+"""Largest number of designs of the front in a report."""
 
 
 class ProgressReports:

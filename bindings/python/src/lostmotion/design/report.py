@@ -73,10 +73,10 @@ PICTURE_PITCHES = 11.0
 """Size of a picture, and how many teeth it shows."""
 
 LISTED_MAX = 400
-"""Combinations that are listed on the page; the file has all."""
+"""Combinations listed on the page; the file has all."""
 
 SHORTENED = 1e-9
-"""Parts of lost motion below this are none, arcmin."""
+"""Contributions to lost motion below this are not shown, arcmin."""
 
 
 @dataclass(frozen=True)

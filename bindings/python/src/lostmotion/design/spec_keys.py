@@ -33,7 +33,7 @@ NEVER = {
 }
 
 ASSUMED = {"generator.floating": True, "generator.eccentricity": 0}
-"""What the search does with them: they may be fixed to that."""
+"""Values that the search assumes; they may be fixed only to these."""
 
 NAMED = {
     structs.field_path(key.section, key): key.choices
@@ -48,10 +48,10 @@ SWITCHES = {
 """Keys that are true or false."""
 
 FIXED_ONLY = (AXIAL_SECTIONS, PLANAR_ONLY)
-"""Keys that state how a drive is examined: the same for all drives of a search."""
+"""Keys of the evaluation, which are the same for all drives of a search."""
 
 WHOLE = {TEETH: ("an even number", 2), AXIAL_SECTIONS: ("a whole number", 1)}
-"""Keys between whose values nothing lies."""
+"""Keys with integer values."""
 
 
 def tooth_counts() -> tuple[int, int]:

@@ -20,7 +20,7 @@ POSITIONS = {"hole": (1.0, 0.5), "shaft": (-1.0, -0.5), "link": (1.0, 0.0)}
 """Sign of the influence, and the middle of a field that starts at zero, in fields."""
 
 GRADES = (3, 12)
-"""Finest and coarsest ISO tolerance grade that a search takes."""
+"""Finest and coarsest ISO tolerance grade of a search."""
 
 TOLERANCE_KEYS = (
     Key("kind", kind="text"),
@@ -38,10 +38,10 @@ TOLERANCE_KEYS = (
     Key("influence", low=-100, high=100),
     Key("cost_weight", above=0, high=1e6),
 )
-"""Keys of [[design.tolerance]] in a spec: those of a drive file, and what a feature costs."""
+"""Keys of [[design.tolerance]] in a spec: those of a drive file, and the cost of a feature."""
 
 KEPT = ("kind", "name", "zone", "distribution", "influence", "diameter", "cost_weight")
-"""What a drive file that the search writes says of a feature as the spec does."""
+"""Keys of a feature that are copied unchanged to the drive files of a search."""
 
 
 @dataclass(frozen=True)
@@ -231,7 +231,7 @@ def place_class(
 
 
 ROUNDING_MM = 1e-9
-"""Middles of fields that differ by less are one; tables state tenths of a um."""
+"""Field centres that differ by less are equal; tables state tenths of a um."""
 
 
 def continuous_grade(out: Statements, place: str, nominal: float, width: float) -> float:

@@ -15,13 +15,13 @@ from lostmotion.files import read_bytes
 from lostmotion.keys import as_in_file
 
 FRONT = "front.csv"
-"""The designs that a search leaves."""
+"""File of the designs of a search."""
 
 NEAREST = "nearest.csv"
-"""The one that it leaves where none keeps all limits."""
+"""File of the nearest point if no design satisfies all limits."""
 
 ROUNDING = 1e-9
-"""Share of a range by which a written end of it may be off."""
+"""Relative rounding tolerance of a written bound of a range."""
 
 
 def begin_with(out: Statements, folder: str) -> None:

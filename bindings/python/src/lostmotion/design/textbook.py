@@ -27,7 +27,7 @@ USUAL = {
     "teeth.tooth_height": 1.75,
     "generator.contact_half_angle_deg": 30.0,
 }
-"""Of the usual drive of size 20."""
+"""Values of the usual drive of size 20."""
 
 DIAMETER_PER_SIZE_MM = 2.5
 """Pitch diameter over catalogue size: 50 mm at size 20."""
@@ -56,7 +56,7 @@ cos(n b) / (n^2 - 1)^2, n = 2, 4, ...
 """
 
 DEPTH_LEAST = 0.3
-"""Engagement depth in modules below which teeth ratchet before they carry: none is made so."""
+"""Least engagement depth in modules: below it teeth ratchet before they carry load."""
 
 RIM_LEAST = 0.005
 """Thinnest rim, in pitch diameters, of catalogue drives (0.25 mm at size 20)."""
@@ -65,16 +65,18 @@ USUAL_LENGTH, LONGEST = 0.45, 0.7
 """Cup from its bottom to the middle of the teeth, in pitch diameters: usual, and of long cups."""
 
 SHIFT_MOST = 2.0
-"""How far the shift is opened, in modules."""
+"""Largest increase of the shift, in modules."""
 
 ROUNDS = 4
-"""Depth and shift depend on each other weakly; they agree to 1e-3 modules after so many rounds."""
+"""Depth and shift depend on each other weakly; they converge to 1e-3 modules in this number of
+rounds.
+"""
 
 HALVINGS = 24
-"""Of an interval; the rest of 2 modules is below 1e-6."""
+"""Bisections of an interval: 2 modules are reduced below 1e-6."""
 
 DIGITS = 4
-"""Decimals that a drawing has: 0.1 um of a millimetre."""
+"""Decimals of a drawing in mm: 0.1 um."""
 
 
 def textbook(teeth: float, external: bool, module_mm: float, ratio: float) -> dict[str, float]:
@@ -312,4 +314,4 @@ SIZES = (3, 200)
 """Sizes of a drive: pitch diameters of 7.5 to 500 mm."""
 
 RATIOS = (30, 319)
-"""Ratios that the numbers of teeth allow, a ring's two more among them."""
+"""Ratios that the numbers of teeth allow, including those of a ring."""

@@ -38,10 +38,10 @@ from lostmotion.structs import DEFORMATIONS
 
 DEFAULT_TEETH = 200
 DEFAULT_DEPTH = (0.6, 1.2)
-"""Range of the engagement depth, in modules: what a short cup leaves at its edges, to the book's.
+"""Range of the engagement depth, in modules: from that of short cups to the textbook value.
 """
 DEFAULT_DIFFERENCE = (-0.4, 0.6)
-"""Range of x2 - x1 that holds every interference-free pair from w0/m = 0.85 to 1.2."""
+"""Range of x2 - x1 that contains every interference-free pair from w0/m = 0.85 to 1.2."""
 
 RANGE = "[low, high]"
 WIDE = f"{RANGE} with low below high; one value goes into [search.fixed]"

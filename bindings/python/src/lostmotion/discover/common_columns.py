@@ -40,7 +40,7 @@ UNITS = {
     "speed": (0.0, 100.0),
     "time": (0.0, 600.0),
 }
-"""Middle and half range that a shape is measured by; torques and forces by the rated torque."""
+"""Centre and half range for scaling a shape; torques and forces are scaled by the rated torque."""
 
 
 def common_base(base: BaselineModel, steps: int) -> BaselineModel:

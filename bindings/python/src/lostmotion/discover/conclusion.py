@@ -14,7 +14,7 @@ from lostmotion.discover.gates import family_p
 from lostmotion.discover.outlier_runs import OutlierRuns
 
 INCONCLUSIVE = "inconclusive"
-"""Verdict where there is too little data for any other."""
+"""Verdict if there are too few data for any other."""
 
 
 @dataclass

@@ -21,8 +21,9 @@ NONCENTRALITY_MIN = 1e-2
 """Least noncentrality that is stated: a tenth of a standard error."""
 
 NONCENTRALITY_MAX = 4e8
-"""Largest noncentrality that is looked for: 20,000 standard errors. Beyond it the distribution
-function of scipy (Boost) gives no number, and no drive an effect."""
+"""Largest noncentrality searched: 20,000 standard errors. Beyond it the distribution function of
+scipy (Boost) fails, and no drive has such an effect.
+"""
 
 
 def detectable(contest_round: ContestRound, within: float) -> tuple[dict[str, Any], dict[str, str]]:

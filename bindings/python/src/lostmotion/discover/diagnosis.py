@@ -57,10 +57,10 @@ from lostmotion.threads import one_thread
 from lostmotion.torsion_curve import TorsionCurve
 
 REFIT_STEPS = 8
-"""Evaluations of a refit from where a fit stands already."""
+"""Evaluations of a refit that starts from an existing fit."""
 
 PIECES = 12
-"""Pieces of work that a diagnosis usually has, for a progress bar."""
+"""Usual number of steps of a diagnosis, for a progress bar."""
 
 
 def count_pieces(tick: Callable[[int, int], None]) -> Callable[[str], None]:

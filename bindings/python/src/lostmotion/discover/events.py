@@ -24,18 +24,18 @@ from lostmotion.units import ARCSEC, plain_number
 FloatArray = npt.NDArray[np.float64]
 
 WILD_MAX = 12
-"""Times that a run is searched anew, wild samples set aside."""
+"""Largest number of repeated searches of a run after outliers are set aside."""
 
 WILD_REACH = 2
-"""Samples that are set aside with a wild one, before it and behind it."""
+"""Samples that are set aside before and after an outlier."""
 
 EDGE = 5
-"""Samples at either end of a run where a step cannot be told from the offset."""
+"""Samples at either end of a run where a step is confounded with the offset."""
 
 EVENTS_MAX = 20
 
 EVENT_NAME = "step in run "
-"""How the names of the shapes begin that stand for events."""
+"""Prefix of the names of event shapes."""
 
 
 @dataclass

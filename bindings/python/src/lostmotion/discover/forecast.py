@@ -24,7 +24,7 @@ from lostmotion.recordings import Campaign
 from lostmotion.torsion_curve import TorsionCurve
 
 USUAL_NOISE_ARCSEC = 1.5
-"""Angle noise that is taken for granted where nothing was measured yet."""
+"""Angle noise assumed before any measurement."""
 
 USUAL_PHI = (0.5,)
 """Its correlation from sample to sample."""

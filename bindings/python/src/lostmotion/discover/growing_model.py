@@ -28,7 +28,7 @@ class Lead:
     round: ContestRound
     result: Result
     size: float | None
-    """Arc seconds; None where the tangent says nothing of it and only the refit tells."""
+    """Arc seconds; None if the tangent gives no estimate and a refit is needed."""
     absorbed: bool = False
     """Whether it may be larger than it looks (`rules.TAKEN_UP`)."""
 
@@ -50,7 +50,7 @@ class Contender:
     result: Result
     candidate: Candidate
     settled: Settled | None
-    """None where there is evidence alone."""
+    """None for saved evidence."""
     gain: float
     gain_by_run: FloatArray
     size: float = 0.0

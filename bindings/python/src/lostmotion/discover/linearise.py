@@ -34,17 +34,18 @@ WIDEN_MAX = 0.3
 """Largest relative change of all half widths in a step."""
 
 ROUNDS = 4
-"""Most linearisations at the predicted deviations of the runs."""
+"""Largest number of linearisations at the predicted deviations of the runs."""
 
 SETTLED = 0.5
-"""Fall of the restricted log likelihood below which the linearisation point stays."""
+"""Decrease of the restricted log likelihood below which the linearisation point is kept."""
 
 STEP_RIDGE = 1e-9
 """Relative ridge of a step's normal matrix, and least room of a parameter that is at its bound."""
 
 MOVES = ((1.0, 1.0), (0.5, 0.5), (0.25, 0.25), (0.0, 1.0), (0.0, 0.4))
-"""Shares of their step that the parameters and the deviations take, one pair after the other, until
-the misfit falls: where kinks make the whole step overshoot."""
+"""Step fractions of parameters and deviations, tried in order until the misfit falls, because kinks
+can make the whole step overshoot.
+"""
 
 PLAIN_STEPS = 8
 """Evaluations of the fit without deviations."""

@@ -22,11 +22,12 @@ LEVEL_APART = 0.1
 """Settings of a condition are apart by this share of its range (chosen: a tenth)."""
 
 LEVELS_MOST = 5
-"""With more settings the runs are parted into three of like number instead (chosen: each of them
-costs a fit, and must leave out enough to be a prediction)."""
+"""With more settings the runs are divided into three groups of similar size instead (chosen: each
+group costs a fit and must be large enough for a real prediction).
+"""
 
 STANDS_RAD = np.pi / 4
-"""A run that turns by less stands at one place (chosen: an eighth of a turn)."""
+"""A run that turns by less is at one position (chosen: an eighth of a turn)."""
 
 ONE_SIDED = 0.1
 """A run loads one direction alone where the other reaches this share of its amplitude (chosen)."""

@@ -17,7 +17,7 @@ from lostmotion.fit.point import Point
 FloatArray = npt.NDArray[np.float64]
 
 CALM_RIDGE = 1e-7
-"""Relative ridge of the large least squares whose residual tells the noise."""
+"""Relative ridge of the large least squares fit whose residual gives the noise."""
 
 
 def leftover(

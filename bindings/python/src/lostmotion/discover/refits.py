@@ -31,7 +31,7 @@ FIT_NATS = 0.1
 least gain that counts (`rules.GAIN_LEAST`)."""
 
 APART_STEPS, APART_TOLERANCE = 20, 1e-7
-"""A fit without deviations has to come to its end, or what it lacks is taken for deviations."""
+"""A fit without deviations must converge; otherwise its error is attributed to deviations."""
 
 
 def best_start(current: ContestRound, result: Result) -> tuple[int, Result]:

@@ -17,19 +17,19 @@ from lostmotion.report.mesh import Mesh, make_mesh
 from lostmotion.report.svg import Array
 
 FLANK_POINTS = 25
-"""Of one flank, from the fillet to the tip: 1e-5 modules off the involute at most."""
+"""Points of one flank, from the fillet to the tip: error at most 1e-5 modules."""
 
 ARC_POINTS = 9
-"""Of a fillet, of half a tip and of half a root."""
+"""Points of a fillet, of half a tip and of half a root."""
 
 CONTOUR_POINTS = 1440
-"""Of a generator: every quarter of a degree."""
+"""Points of a wave generator: every quarter of a degree."""
 
 COINCIDENT_MM = 1e-6
-"""Points nearer than that are one: a thousandth of what a machine resolves."""
+"""Closer points are identical: a thousandth of the resolution of a machine tool."""
 
 HALVINGS = 40
-"""Of a fillet's radius, to fit the room between two flanks."""
+"""Bisections of a fillet radius to fit between two flanks."""
 
 
 @dataclass(frozen=True)

@@ -11,14 +11,14 @@ from lostmotion.effects.effect import Effect
 from lostmotion.units import split_unit
 
 NO_COLUMN = "not testable with these columns: no "
-"""How it begins why an effect is closed whose columns were not recorded."""
+"""Start of the reason why an effect without its columns is not testable."""
 
 
 RECORDED_AS = {
     "input_velocity_rad_s": "input_angle_rad",
     "output_acceleration_rad_s2": "output_angle_rad",
 }
-"""Columns from which conditions are derived that nobody records."""
+"""Columns from which unrecorded conditions are derived."""
 
 BY_THE_CLOCK = {"input_velocity_rad_s", "output_acceleration_rad_s2", "elapsed_s"}
 """Conditions that rows without time stamps do not have."""
@@ -27,7 +27,7 @@ DERIVED = {
     "input_velocity_rad_s": "speed of the input",
     "output_acceleration_rad_s2": "acceleration of the output",
 }
-"""What conditions are called that have no column of their own."""
+"""Names of conditions without a column."""
 
 
 def missing_columns(effect: Effect, conditions: Conditions) -> list[str]:

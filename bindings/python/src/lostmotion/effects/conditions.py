@@ -14,14 +14,15 @@ from lostmotion.units import ARCSEC
 FloatArray = npt.NDArray[np.float64]
 
 RATE_WINDOW = 7
-"""Samples over which a rate is the slope of a straight line: encoders have steps, clocks too."""
+"""Samples for the slope of a straight line that gives a rate: encoders and clocks have steps."""
 
 QUIET_WINDOW = 3
-"""Samples over which the speed of an output without lost motion makes its acceleration: it has the
-noise of the input's encoder over the ratio, and a start is short."""
+"""Samples for the acceleration of an output without lost motion: its noise is that of the input
+encoder divided by the ratio, and starts are short.
+"""
 
 SAME_ANGLE = 1e-9
-"""Relative difference of two angles, far below any encoder, that is rounding."""
+"""Relative difference of two angles that is rounding, far below any encoder resolution."""
 
 MEASURED = {q.column: q.name for q in QUANTITIES.values() if q.column in NEEDS}
 """Conditions that are columns of a recording; the others are rates of these, or times."""

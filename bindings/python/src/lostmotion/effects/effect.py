@@ -267,7 +267,7 @@ class Effect:
 
 
 SAID = ("scale", "starts", "sign", "between_runs", "scales", "words")
-"""What a card says of a value where there is something to be said."""
+"""Remarks of a card on a value."""
 
 
 def card(effect: Effect) -> dict[str, Any]:

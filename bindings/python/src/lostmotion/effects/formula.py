@@ -27,10 +27,10 @@ FloatArray = npt.NDArray[np.float64]
 
 EXPONENT_MAX = float(core().lib.LM_EXPONENT_MAX)
 LOGARITHM_MIN = float(core().lib.LM_LOGARITHM_MIN)
-"""Where the library's exponential and logarithm end (elementary.h)."""
+"""Limits of the library's exponential and logarithm (elementary.h)."""
 
 MULTIPLIED_OUT = 6
-"""A whole exponent up to this is written as a product."""
+"""Integer exponents up to this are written as products."""
 
 
 def _power(x: FloatArray, exponent: FloatArray) -> FloatArray:
@@ -57,7 +57,7 @@ FUNCTIONS: dict[str, tuple[int, Callable[..., Any], str]] = {
     "min": (2, np.minimum, "smaller"),
     "max": (2, np.maximum, "larger"),
 }
-"""Functions of a formula: number of arguments, what it does, its name in C."""
+"""Functions of a formula: number of arguments, implementation, name in C."""
 
 HELPERS = {
     "absolute": ("lm_real x", "return x < 0 ? -x : x;"),
@@ -67,13 +67,13 @@ HELPERS = {
     "larger": ("lm_real x, lm_real y", "return x > y ? x : y;"),
     "square_root": ("lm_real x", "return lm_power(x, LM_REAL(0.5));"),
 }
-"""What the library does not have, as it is written into the C file."""
+"""C code of functions that the library does not have."""
 
 TURNS = {"input_turns": "input_angle_rad", "output_turns": "output_angle_rad"}
 """Angles in turns, for formulas with a period."""
 
 WORDS = {*NEEDS, *FILLED_IN, *RECORDED_ONLY, *TURNS, "pi"}
-"""Names in a formula that are none of its values."""
+"""Names in a formula that are not its values."""
 
 OPERATORS: dict[type[ast.operator], tuple[str, Callable[[Any, Any], Any]]] = {
     ast.Add: ("+", np.add),
@@ -196,10 +196,12 @@ def _linear(name: str) -> Value:
 
 
 WRITTEN_RAD, WRITTEN_RAD_MOST = 5e-6, 0.05
-"""Typical angle of a written formula, an arc second, and the most: 3 degrees are no lost motion."""
+"""Typical angle of a written formula, an arc second, and its bound: 3 degrees exceed any lost
+motion.
+"""
 
 WRITTEN_SHARE, WRITTEN_SHARE_MOST = 0.01, 100.0
-"""Typical number that is no angle, as the share of another one, and the most."""
+"""Typical size of a value that is not an angle, and its bound."""
 
 
 def _read(name: str, text: str) -> ast.expr:

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from lostmotion.errors import InputError
 
 RUNS_MAX, COLUMNS_MAX = 100_000, 10_000
-"""Runs and columns of evidence, at most; chosen: a thousand times what a campaign has."""
+"""Runs and columns of evidence, at most; chosen: a thousand times that of a campaign."""
 
 SIZE_MAX = 1e100
 """Size of a number, at most, so that squares of two of them do not overflow."""
@@ -188,7 +188,7 @@ ABOUT: dict[str, Check] = {
     "run_fingerprints": listed(text),
     "alone": listed(table(verdict=text, effects=listed(text))),
 }
-"""What is stated beside the numbers, and what each must be."""
+"""Metadata and their checks."""
 
 
 def check_about(file: str | Path, about: Any, runs: int, sizes: Mapping[str, int]) -> None:

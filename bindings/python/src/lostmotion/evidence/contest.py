@@ -23,14 +23,17 @@ FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
 
 VISIBLE = 1e-9
-"""A column of which the baseline leaves less than this (of its square) is not identifiable."""
+"""A column is not identifiable if less than this share of its square remains after projection on
+the baseline columns.
+"""
 
 REDUCED = 1e-12
-"""Share of a column's square below which what the deviations of the runs leave of it is rounding:
-some thousand times the precision of the sums that are taken from each other."""
+"""Share of a column's square below which the part not explained by deviations is rounding: about a
+thousand times the precision of the subtracted sums.
+"""
 
 FIRST_OMEGA = 1e-2
-"""Variance of each scaled column that a first search for the variances starts from."""
+"""Start of the first search for the variances of scaled columns."""
 
 
 @dataclass

@@ -19,7 +19,7 @@ FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
 
 RIDGE = 1e-10
-"""Relative ridge of normal equations: what no run sees stays where it is."""
+"""Relative ridge of normal equations: undetermined values are kept."""
 
 
 @dataclass

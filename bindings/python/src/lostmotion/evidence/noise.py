@@ -22,14 +22,15 @@ RATE_TOLERANCE = 1.25
 """Runs whose usual time steps agree within this factor share their noise model."""
 
 GROUP_ROWS_LEAST = 2000
-"""Fewer rows than this do not tell a noise model; the pooled one is used."""
+"""Least number of rows for a noise model; otherwise the pooled one is used."""
 
 NOISE_LEAST_ARCSEC = 1e-6
-"""Least noise: 5e-12 rad, which no encoder resolves. What is less is the rounding of a fit with as
-many values as samples, and its inverse square would leave the range of numbers."""
+"""Least noise: 5e-12 rad, below any encoder. Smaller values are rounding of a fit with as many
+values as samples, and their inverse square would overflow.
+"""
 
 COLUMNS_AT_ONCE = 16
-"""Columns that are whitened together: with one run's rows they stay in the processor's cache."""
+"""Columns that are whitened together: for one run they fit into the processor's cache."""
 
 
 @dataclass

@@ -14,7 +14,7 @@ FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
 
 RANK = 1e-7
-"""Directions of a block with less than this of its largest projected square are left out."""
+"""Dimensions of a block below this share of its largest projected square are ignored."""
 
 
 def projected(evidence: Evidence, names: list[str], omega: FloatArray) -> FloatArray:

@@ -23,24 +23,27 @@ SLOPE_LEAST = 1e-2
 """Slope of the objective over the logarithm of a variance at which REML stops, nats."""
 
 FALL_LEAST = 1e-4
-"""Fall of the objective in a step below which REML stops as well, nats."""
+"""Decrease of the objective per step below which REML also stops, nats."""
 
 STEPS_MOST, STEP_MOST, HALVINGS = 40, 4.0, 8
-"""Steps of a descent, the largest of a logarithm in one, and how often one that leads up is
-shortened, to a quarter each time."""
+"""Steps of a descent, the largest of a logarithm in one, and how often a step that increases the
+objective is shortened, to a quarter each time.
+"""
 
 FLAT = 1e-9
-"""Added to the curvature, relative to it and to 1: a variance of nothing has none."""
+"""Added to the curvature, relative to it and to 1, because a variance of zero has no curvature."""
 
 STUCK = 0.05
-"""Gain in nats that the score still promises a variance, from which on REML has stalled ..."""
+"""Possible gain of a variance in nats according to the score, above which REML has stalled ..."""
 
 LIFTED = 1.0
 """... and the variance from which it continues."""
 
 DAMPED_MAX = 17
-"""Powers of ten of the diagonal that normal equations are damped by, one after the other. What the
-scatter leaves can be all rounding; beyond the precision's inverse the diagonal outweighs any."""
+"""Largest power of ten of the damping of normal equations, relative to the diagonal. After
+elimination of the scatter only rounding may remain; beyond the inverse of the precision the
+diagonal dominates.
+"""
 
 
 @dataclass

@@ -44,7 +44,7 @@ from lostmotion.units import ARCSEC
 FloatArray = npt.NDArray[np.float64]
 
 TOLERANCE = 1e-6
-"""Relative fall of the cost below which a fit ends."""
+"""Relative decrease of the cost below which a fit ends."""
 
 FILED = (
     KNOTS_FILED,
@@ -56,7 +56,7 @@ FILED = (
     ENVELOPE_FILED,
     KNEE_FILED,
 )
-"""All that a fitted drive file keeps of the baseline model, beside its effects."""
+"""Values of the baseline model in a fitted drive file, in addition to effects."""
 
 
 @dataclass

@@ -8,17 +8,18 @@ import numpy.typing as npt
 FloatArray = npt.NDArray[np.float64]
 
 DEVIATIONS = ("stiffness", "friction", "gap")
-"""What scatters from run to run beside the offset: stiffness and friction relative, the gap in arc
-seconds."""
+"""Run-to-run scatter in addition to the offset: stiffness and friction relative, gap in arc
+seconds.
+"""
 
 STIFFNESS, FRICTION, GAP = range(len(DEVIATIONS))
 """Columns of the deviations, a row for each run."""
 
 DEVIATION_MAX = 0.5
-"""A run whose friction differs by more than half of it is another drive."""
+"""A run whose friction differs by more than half belongs to another drive."""
 
 GAP_CLOSES = 0.005
-"""Torque at which a radial gap has closed, over rated torque (model 9a: 0.1 to 0.5 %)."""
+"""Torque at which a radial gap is closed, relative to rated torque (model 9a: 0.1 to 0.5 %)."""
 
 
 def width_factor(deviations: FloatArray) -> FloatArray:

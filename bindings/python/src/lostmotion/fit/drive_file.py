@@ -28,7 +28,7 @@ from lostmotion.torsion_curve import TorsionCurve
 FloatArray = npt.NDArray[np.float64]
 
 SAMPLES_LEAST = 50
-"""The baseline alone has some forty numbers: slopes, operators, offsets."""
+"""The baseline model alone has about forty parameters: slopes, operators, offsets."""
 
 
 def effect_table(term: Term) -> dict[str, Any]:

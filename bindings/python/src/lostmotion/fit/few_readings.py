@@ -31,8 +31,9 @@ from lostmotion.units import ARCSEC
 FloatArray = npt.NDArray[np.float64]
 
 STICKING = 0.9
-"""Share of the stiffest slope's compliance that the operator may take off while it sticks: the
-angle then still rises with the torque, and the model has an inverse."""
+"""Share of the least compliance that the operator may remove while it sticks, so that the angle
+still rises with the torque and the model has an inverse.
+"""
 
 TABLE = (
     SLOPES_FILED,
@@ -43,7 +44,8 @@ TABLE = (
     RADII_FILED,
     KNEE_FILED,
 )
-"""What the covariance is of, in the order of a fit to many readings: parameters, then the grid."""
+"""Parameters of the covariance, in the order of a fit to many readings: parameters, then the grid.
+"""
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,9 @@ BEYOND = {
 """Keys and names of the ranges that a prediction is compared with."""
 
 LEAST_BEYOND = 1.01
-"""Times the fitted range from which on it is reported: less is the noise of a reading (chosen)."""
+"""Multiple of the fitted range above which extrapolation is reported: less is reading noise
+(chosen).
+"""
 
 
 def fitted_ranges(

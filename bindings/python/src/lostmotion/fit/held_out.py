@@ -22,17 +22,18 @@ FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
 
 DOUBTFUL = 1.1
-"""Error of a run after the step, over that under the fit to all, from which the others are fitted
-in truth."""
+"""Ratio of the error of a run after the step to that of the fit to all, above which the others are
+refitted.
+"""
 
 REFIT_STEPS = 12
 """Evaluations of such a fit."""
 
 NEAR_BOUND = 1e-9
-"""A value this near to a bound, over the width between both, stands there but for rounding."""
+"""Relative distance to a bound within which a value is at it."""
 
 RIDGE = 1e-9
-"""Relative ridge: what the other runs do not see stays where it is."""
+"""Relative ridge: values that the other runs do not determine are kept."""
 
 
 class LeftOut:

@@ -45,18 +45,20 @@ Started = list[tuple[slice, FloatArray]]
 """Rows of the first run of each session, and the operators' derivatives there by start states."""
 
 PLAYS = 8
-"""Operators; half widths rise geometrically."""
+"""Number of operators; half widths increase geometrically."""
 
 PLAY_RANGE = (1 / 200, 0.6)
-"""Least and greatest half width over the largest torque."""
+"""Smallest and largest half width relative to the largest torque."""
 
 LOAD_PLAYS = 5
-"""Operators whose half width grows with the load; with fewer, Maxwell slip whose limits grow with
-the load (tests/rig/laws.c) is not followed to the noise, with eight it is no better."""
+"""Number of operators whose half width grows with the load; fewer do not fit Maxwell slip with
+load-dependent limits (tests/rig/laws.c) to the noise, eight are no better.
+"""
 
 LOAD_RANGE = (0.02, 0.6)
-"""Least and greatest growth of a half width per torque; beside it stands the least half width of
-`PLAY_RANGE`. Friction of gears grows by 0.05 to 0.3 of the load."""
+"""Smallest and largest growth of a half width per torque, in addition to the smallest half width of
+`PLAY_RANGE`. Friction of gears grows by 0.05 to 0.3 of the load.
+"""
 
 ENVELOPE_KNEE = 0.3
 """Knee K of the envelope over the rated torque: beyond where a drive is soft."""
@@ -65,29 +67,31 @@ ENVELOPE_MAX = 5.0
 """Largest A / K."""
 
 USUAL_ENVELOPE = 0.2
-"""About what A / K is where the recordings do not tell it."""
+"""Usual A / K if the recordings do not identify it."""
 
 FIRST_SHARES, FIRST_ENVELOPES = (0.03, 0.1), (1.0, USUAL_ENVELOPE)
-"""Shares of every operator, and A / K of their envelope, that a first fit starts from: operator and
-friction have kinks, and with strong effects missing either start may end in a minimum that is not
-the lowest."""
+"""Shares of the operators and A / K of their envelope at the starts of a first fit: operators have
+kinks, and if strong effects are missing, a start may converge to a local minimum.
+"""
 
 SHARE_MAX = 0.98
-"""Friction that sticks holds at most this share of a change of torque, at no torque, where it holds
-most: the torsion curve has to wind up."""
+"""Largest share of a torque change carried by sticking friction, at zero torque, where it is
+largest: the torsion curve must wind up.
+"""
 
 STICKING_MAX = 0.5 * (1.0 + SHARE_MAX)
-"""The same for friction in parallel and in series together: half of what the first leaves at least
-is left of every stretch of the curve."""
+"""The same for friction in parallel and in series together: every segment of the curve keeps at
+least half of the compliance that the first limit leaves.
+"""
 
 OUTSIDE_MAX = 50.0
-"""Greatest such compliance over the mean one of the drive."""
+"""Largest compliance in series relative to the mean one of the drive."""
 
 RADIUS_STEP = 0.02
 """Relative step of the half widths, and of the envelope over its knee, in differences."""
 
 START = "start"
-"""What the blocks of the start states belong to: the sessions of the recordings."""
+"""Owner of the blocks of start states: the sessions of the recordings."""
 
 RADII_FILED = Filed("hysteresis.radius_Nm", PLAY_RADIUS, "play_radius_Nm")
 WIDENING_FILED = Filed("hysteresis.widening", PLAY_WIDENING, "play_widening")

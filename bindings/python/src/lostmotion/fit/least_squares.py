@@ -18,10 +18,10 @@ FIRST_DAMPING = 1e-4
 LEAST_DAMPING, GREATEST_DAMPING = 1e-12, 1e8
 
 PIVOTS_MOST = 60
-"""Changes of the bounds that are active, at most; five to ten are usual."""
+"""Largest number of active-set changes; five to ten are usual."""
 
 LEAST_DIAGONAL = 1e-12
-"""Floor of that diagonal over its largest entry: unknowns that the samples do not see stay put."""
+"""Least relative diagonal: unknowns that the samples do not determine are kept."""
 
 
 @dataclass(frozen=True)

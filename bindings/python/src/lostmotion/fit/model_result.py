@@ -26,7 +26,7 @@ AXES = {
     "temperature_C": "temperature, °C",
     "model_arcmin": "fit, arcmin",
 }
-"""How a figure calls what a residual is drawn against."""
+"""Axis titles of residual figures."""
 
 
 ORDERS, ORDERS_DRAWN = 8.0, 800

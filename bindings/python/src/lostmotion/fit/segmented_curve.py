@@ -22,15 +22,16 @@ from lostmotion.units import ARCSEC
 FloatArray = npt.NDArray[np.float64]
 
 KNOTS = 28
-"""Ends of stretches of the curve on each side, spaced geometrically. The curve has 59 points, zero
+"""Ends of segments of the curve on each side, spaced geometrically. The curve has 59 points, zero
 and both ends included; a controller holds 64. With 17 knots the corners of a staged take-up are
-still seen."""
+still visible.
+"""
 
 KNOT_RANGE = (1e-3, 0.9)
-"""First and last end of a stretch over the largest torque."""
+"""First and last knot relative to the largest torque."""
 
 SLOPE_MAX = 50.0
-"""Greatest compliance of a stretch over the mean one of the drive."""
+"""Largest compliance of a segment relative to the mean one of the drive."""
 
 KNOTS_FILED = Filed("curve.knots_Nm", KNOT, "knot_Nm")
 SLOPES_FILED = Filed("curve.slopes", SLOPE, "slope_rad_per_Nm", ARCSEC)

@@ -16,17 +16,19 @@ from lostmotion.fit.point import Point
 FloatArray = npt.NDArray[np.float64]
 
 ANGLE_STEP = 1e-3
-"""Relative step of a value in differences; what moves the friction is not smooth on the scale of a
-sample's noise, and takes `hysteresis.RADIUS_STEP`."""
+"""Relative step of a value in differences; values that act on the friction are not smooth on the
+scale of a sample's noise and use `hysteresis.RADIUS_STEP`.
+"""
 
 EVENLY = 12.0
-"""What may be anywhere in a range has this precision over the range's square."""
+"""Precision of a uniform prior, relative to the inverse square of its range."""
 
 RUN_SCATTER = 0.6
-"""A value of how an effect depends on what is constant within a run is known by runs alone: each
-tells it as well as what it has of its own allows, over the noise, however many samples it has. A
-law through the few worn runs of a campaign is held to what is usual accordingly: samples that count
-one by one would put it through their scatter, and far off beyond them."""
+"""A dependence on a quantity that is constant within a run is determined only by differences
+between runs: the accuracy of each run is limited by its own deviations, relative to the noise,
+regardless of its number of samples. The prior of such a law is weighted accordingly: counting
+single samples would fit the scatter of a few runs and extrapolate poorly.
+"""
 
 
 @dataclass

@@ -17,8 +17,9 @@ FloatArray = npt.NDArray[np.float64]
 RUNOUT_RAD = 2e-5
 CLOSING_ANGLE = 2.0
 CLOSING_SHARES = (0.1, 1.0)
-"""Starts of two lobes that do not run true: run-out; angle in which a lobe's teeth come into
-contact, over the run-out; the torque that this takes, over rated torque."""
+"""Starts for eccentric lobes: run-out; angle over which the teeth of a lobe come into contact,
+relative to the run-out; torque for this, relative to rated torque.
+"""
 
 
 class Lobes:
