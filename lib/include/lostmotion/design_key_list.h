@@ -9,16 +9,18 @@
  *   ID       of the search: LM_KEY_<ID> in the optimizer
  *   section  of the drive file, and the member of lm_drive that holds it; drive: [design] itself
  *   stem, suffix  name and unit: member and key are stem##suffix; the suffix may be empty
- *   KIND     REAL, COUNT (int), SWITCH (0 or 1), DEFORMATION, GENERATOR or FLANK (names of drive.h)
- *   PER      unit of `low` and `high`: ONE (the unit of the name), DEGREE, ARCMIN (of an angle in
- *            rad), MODULE, DIAMETER (module times flexspline teeth), RIM (rim thickness), FACE
- * (face width) FILE     treatment in a drive file: REQUIRED; DEFAULT (if left out, it is `usual`);
- * FILLED (if left out, it is 0, which lm_complete_drive replaces where 0 means nothing) usual
- * default of a search; 0: as FILLED. Unit as VARY. VARY     how a search spec states it: SAME,
- * IN_DEG, IN_ARCMIN (the suffix of the name), or FOLLOWS (from other keys or from an assumption of
- * the search: the wave generator is floating and has no eccentricity) DEPENDENT rows have the same
- * columns; their range depends on another key, so another function checks them (lm_make_shape,
- * check_teeth); low and high are the widest range.
+ *   KIND     REAL, COUNT (int), SWITCH (0 or 1), DEFORMATION, GENERATOR or FLANK (drive.h)
+ *   PER      unit of `low` and `high`: ONE (the unit of the name), DEGREE, ARCMIN (of an angle
+ *            in rad), MODULE, DIAMETER (module times flexspline teeth), RIM (rim thickness),
+ *            FACE (face width)
+ *   FILE     treatment in a drive file: REQUIRED; DEFAULT (if left out, it is `usual`); FILLED
+ *            (if left out, it is 0, which lm_complete_drive replaces where 0 means nothing)
+ *   usual    default of a search; 0: as FILLED. Unit as VARY.
+ *   VARY     how a search spec states it: SAME, IN_DEG, IN_ARCMIN (the suffix of the name), or
+ *            FOLLOWS (from other keys or from an assumption of the search: the wave generator is
+ *            floating and has no eccentricity)
+ * DEPENDENT rows have the same columns; their range depends on another key, so another function
+ * checks them (lm_make_shape, check_teeth); low and high are the widest range.
  *
  * The lists are in the order in which lm_check_drive examines the values.
  */

@@ -24,7 +24,7 @@ Conventional: the usual 5 % of a permutation test, beside the F test.
 
 FLIP_ROOM = 2.0
 """... and its limit relative to the smallest possible p if the plan limits the test to few runs:
-three runs that can show wear have only eight sign patterns.
+three runs in which wear varies have only eight sign patterns.
 
 Chosen: on campaigns of tests/rig.
 """
