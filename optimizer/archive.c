@@ -54,7 +54,7 @@ static double distance(const lm_problem *problem, const double a[], const double
   return sum;
 }
 
-/* Of a list that is longer, the best design of each objective is a small part. */
+/* In longer lists the best designs of each objective are a small part. */
 #define ENDS_SHARE 8
 
 /* The place of what a full list gives up. Were the ends not kept, each design close to one would
@@ -142,8 +142,8 @@ static int better_found(const lm_problem *problem, const lm_solution *a, const l
   return (a->violation < b->violation) + 2 * (b->violation < a->violation);
 }
 
-/* Which of list[first .. count - 1] another one beats. What a beaten one beats is beaten by what
- * beat that, so that it need not be compared any further. */
+/* Marks the dominated designs of list[first .. count - 1]. Domination is transitive, so dominated
+ * designs need not be compared further. */
 static void mark_beaten(const lm_problem *problem, const lm_solution list[], int first, int count,
                         double beaten[]) {
   int i;

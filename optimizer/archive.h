@@ -1,4 +1,4 @@
-/* Lists of designs none of which is better than another in every objective. */
+/* Lists of Pareto-optimal designs. */
 #ifndef LOSTMOTION_OPTIMIZER_ARCHIVE_H
 #define LOSTMOTION_OPTIMIZER_ARCHIVE_H
 
@@ -16,9 +16,9 @@ void lm_fill_solution(const lm_problem *problem, lm_solution *found, int combina
 /* 1 when a is as good as b in every objective. */
 int lm_is_as_good(const lm_problem *problem, const double a[], const double b[]);
 
-/* Insert unless a design of the list is as good in everything, and say so: 1 when it is taken.
- * Designs that the new one beats leave. A full list gives up the design nearest to the new one; the
- * best of each objective stays, where that is a small part of the list. */
+/* Inserts a design unless one of the list is as good in every objective; returns 1 if inserted.
+ * Dominated designs are removed. A full list drops the design nearest to the new one; the best of
+ * each objective is kept if these are a small part of the list. */
 int lm_insert_solution(const lm_problem *problem, lm_solution list[], int *count, int capacity,
                        const lm_solution *found);
 
@@ -26,7 +26,7 @@ int lm_insert_solution(const lm_problem *problem, lm_solution list[], int *count
 void lm_sort_solutions(lm_solution list[], int count);
 
 /* Choose `wanted` members of a population: feasible before infeasible, then front by front, then
- * the least crowded (Deb's NSGA-II). The chosen ones stand first, best first. count <=
+ * the least crowded (Deb's NSGA-II). The chosen ones come first, best first. count <=
  * LM_POPULATION_MAX. */
 #define LM_POPULATION_MAX 256
 void lm_select_solutions(const lm_problem *problem, lm_solution list[], int count, int wanted);

@@ -4,7 +4,8 @@
 
 #define STEEL_SHEAR_FATIGUE_MPA 250 /* what lm_complete_drive takes where none is stated */
 
-/* What makes a drive larger, or its wall bear more; the rest makes it smaller or leaves it. */
+/* Keys that make a drive larger or its wall stronger; others make it smaller or have no influence.
+ */
 static int enlarges(int key) {
   return key == LM_KEY_WALL_THICKNESS_MM || key == LM_KEY_SHEAR_FATIGUE_MPA ||
          key == LM_KEY_DEFLECTION_MM || key == LM_KEY_DEFLECTION_MODULES ||
@@ -58,8 +59,8 @@ static double least_diameter(const lm_problem *p, int combination) {
          (root_radius(p, value) + beyond_root(p, value) + LM_RING_SHARE * pitch_diameter(value));
 }
 
-/* Shear in the wall where the neutral line is widest and the wall thickest, as a share of what the
- * steel bears; 0: the wall is not stated. */
+/* Shear in the wall at the largest neutral line and thickest wall, as a share of the fatigue
+ * strength; 0: the wall is not stated. */
 static double least_shear(const lm_problem *p, int combination) {
   double value[LM_KEY_COUNT];
   double r;

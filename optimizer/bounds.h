@@ -1,4 +1,5 @@
-/* Combinations that need no search: what even the best corner of the box breaks, no design keeps.
+/* Combinations that need no search: if the best corner of the box violates a limit, every design
+ * does.
  */
 #ifndef LOSTMOTION_OPTIMIZER_BOUNDS_H
 #define LOSTMOTION_OPTIMIZER_BOUNDS_H

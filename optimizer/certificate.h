@@ -1,5 +1,5 @@
-/* A design examined once more, finer than the search looked: does every limit hold, by how much,
- * which ones bind, and what would it be worth to move them.
+/* A design evaluated again on a finer grid than in the search: margins of all limits, active
+ * limits, and their prices.
  */
 #ifndef LOSTMOTION_OPTIMIZER_CERTIFICATE_H
 #define LOSTMOTION_OPTIMIZER_CERTIFICATE_H
@@ -12,7 +12,7 @@
 extern "C" {
 #endif
 
-/* A limit that is nearer than this (scaled as in evaluate.h) binds. */
+/* A limit with a smaller margin (scaled as in evaluate.h) is active. */
 #define LM_BINDING 1e-4
 
 typedef struct lm_limit_report {

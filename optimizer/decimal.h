@@ -1,4 +1,4 @@
-/* Numbers in files: a decimal point in every locale, which the program around us may have set. */
+/* Numbers in files: a decimal point in every locale that the host program may have set. */
 #ifndef LOSTMOTION_OPTIMIZER_DECIMAL_H
 #define LOSTMOTION_OPTIMIZER_DECIMAL_H
 
@@ -9,7 +9,7 @@ extern "C" {
 /* Longest text: sign, 17 digits, point and exponent, with room for the point of any locale. */
 #define LM_DECIMAL_MAX 48
 
-/* Digits that keep every bit of a double. */
+/* Digits that preserve every bit of a double. */
 #define LM_DECIMAL_EXACT 17
 
 /* Write a value with so many significant digits, as printf's %g in the locale "C", and return the

@@ -2,7 +2,7 @@
  * (LM_REAL_HEADER of lostmotion/real.h): the design model's own source, compiled once more as C++,
  * then gives its results together with their exact derivatives.
  *
- * Comparisons, floor and conversions to integers look at the value alone: at a kink the derivative
+ * Comparisons, floor and conversions to integers use only the value: at a kink the derivative
  * is that of the branch that the value takes.
  */
 #ifndef LOSTMOTION_OPTIMIZER_DUAL_H

@@ -87,7 +87,7 @@ static void build_chains(const lm_problem *problem, lm_drive *drive) {
   }
 }
 
-/* Diameter on which a link's field hangs. */
+/* Diameter that determines a link's field. */
 static lm_real diameter_of(const lm_graded_link *link, const lm_drive *drive) {
   return link->diameter_mm > 0 ? LM_REAL(link->diameter_mm)
                                : drive->teeth.module_mm * LM_REAL(drive->teeth.flexspline_teeth);
@@ -479,7 +479,7 @@ static void measure_gaps(const lm_problem *problem, const lm_scan *scan, const l
   }
 }
 
-/* What depends on the tolerances but not on the angles. */
+/* Results that depend on the tolerances but not on the angles. */
 static lm_status measure_production(const lm_problem *problem, const lm_layout *layout,
                                     const lm_real value[], const lm_drive *drive,
                                     const tolerance_state *tolerance, const lm_gapless gapless[],

@@ -46,7 +46,7 @@ lm_status lm_measure_drive(const lm_problem *problem, const lm_scan *scan, const
                            lm_real result[], lm_gapless gapless[LM_PHASE_MAX],
                            lm_design_workspace *workspace, lm_fault *fault);
 
-/* Of a drive that differs from a measured one in its tolerances alone: the figures of motion, cost
+/* For a drive that differs from a measured one only in its tolerances: the figures of motion, cost
  * and interference. The rest of result[] stays as it is, for nothing else depends on tolerances,
  * but for the side clearances where gap_at_worst_corner is asked: not to be used there. Errors as
  * lm_measure_drive. */

@@ -61,7 +61,7 @@ static int read_result(breeder *b, int combination, const double unit[], double 
                             found);
 }
 
-/* Evaluate a point; 1 when it is reported. Where the model refuses, it is beaten by all. */
+/* Evaluate a point; 1 if it is reported. A point that the model refuses is dominated by all. */
 static int evaluate(breeder *b, int combination, const double unit[], lm_solution *found) {
   static const double refused[LM_OBJECTIVE_MAX] = {LM_REFUSED, LM_REFUSED, LM_REFUSED, LM_REFUSED};
   int reported;
@@ -94,8 +94,8 @@ static void draw_line(breeder *b, const double p[], const double q[], double chi
   }
 }
 
-/* The teeth of a design that breaks no limit with other tolerances, such as others have: which ones
- * are worth their cost hangs little on the teeth, and contacts need not be found again. */
+/* The teeth of a design that breaks no limit with other tolerances, such as others have: the best
+ * tolerances depend little on the teeth, and contacts need not be computed again. */
 static void look_around(breeder *b, const lm_solution *design, int tolerance_only) {
   int kept = 0;
   int i;

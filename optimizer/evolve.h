@@ -1,6 +1,6 @@
-/* A population of designs of all combinations, improved by crossing, differences and mutation. The
- * gap of every child is closed before it is judged. Where tolerances are weighed against their
- * cost, what is feasible is examined with others too, for a sixteenth of an evaluation each.
+/* A population of designs of all combinations, improved by crossover, differences and mutation. The
+ * gap of every child is closed before it is evaluated. If tolerances have a cost, feasible designs
+ * are also evaluated with other tolerances, each for a sixteenth of an evaluation.
  */
 #ifndef LOSTMOTION_OPTIMIZER_EVOLVE_H
 #define LOSTMOTION_OPTIMIZER_EVOLVE_H

@@ -1,4 +1,4 @@
-/* Limits that no design met keeps together: how far each of them would have to give. */
+/* Limits that no evaluated design satisfies together, and their required relaxations. */
 #ifndef LOSTMOTION_OPTIMIZER_INFEASIBLE_H
 #define LOSTMOTION_OPTIMIZER_INFEASIBLE_H
 
@@ -8,9 +8,9 @@
 extern "C" {
 #endif
 
-/* From the start of the task to the point whose limits have to give least. Where none has to, a
- * design is found, and made better by the scalarised objective; otherwise the answer is of that
- * point, with whole grades, and its value what the limits give in all. */
+/* From the start of the task to the point with the least total relaxation. If that is zero, a
+ * design is found, and improved by the scalarised objective; otherwise the answer is of that point,
+ * with whole grades, and its value what the limits give in all. */
 void lm_repair(lm_task_state *s, const lm_task *task);
 
 #ifdef __cplusplus

@@ -186,7 +186,7 @@ lm_status lm_resume_journal(const char *path, const char *spec, lm_journal_sink 
   if (file == NULL) {
     return LM_CORRUPT;
   }
-  if (!lm_is_regular(file)) { /* a pipe would be waited at for ever */
+  if (!lm_is_regular(file)) { /* opening a pipe would block */
     fclose(file);
     errno = 0;
     return LM_CORRUPT;

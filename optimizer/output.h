@@ -1,4 +1,4 @@
-/* What a search leaves behind, as text: drive file, front, combinations, certificate. */
+/* Results of a search as text: drive file, front, combinations, certificate. */
 #ifndef LOSTMOTION_OPTIMIZER_OUTPUT_H
 #define LOSTMOTION_OPTIMIZER_OUTPUT_H
 
@@ -40,11 +40,11 @@ void lm_write_combinations(FILE *file, const lm_problem *problem, const lm_searc
 void lm_write_certificate(FILE *file, const lm_problem *problem, int combination,
                           const lm_certificate *certificate);
 
-/* How far a limit must give in the unit in which it is stated, from a row of evaluate.h; module_mm
+/* Required relaxation of a limit in its stated unit, from a row of evaluate.h; module_mm
  * of the design. */
 double lm_stated_relaxation(int limit, double row, double module_mm, const char **unit);
 
-/* What an infeasible search says: limits to relax and by how much, JSON. */
+/* Answer of an infeasible search: limits to relax and by how much, JSON. */
 void lm_write_relaxation(FILE *file, const double relax[LM_LIMIT_COUNT], double module_mm);
 
 /* One line of JSON. seconds: since the start of the program; left: estimate, < 0 unknown. */

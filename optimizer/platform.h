@@ -1,5 +1,5 @@
-/* What the search needs of the operating system. platform_posix.c and platform_windows.c each have
- * all of it; nothing else here knows on which system it runs.
+/* Operating system functions for the search, implemented by platform_posix.c and
+ * platform_windows.c; all other code is independent of the system.
  *
  * Paths are UTF-8 of any length that the system takes, with / (on Windows also \) between the
  * parts. Files are opened as bytes: a line ends with \n on every system. What fails sets errno.
@@ -32,19 +32,19 @@ FILE *lm_open_scratch(void);
 int lm_is_regular(FILE *file);
 
 /* Take the file until it is closed or this process ends. 0: another process has it (errno EBUSY).
- * Where the file system knows no locks, nobody can tell, and the file counts as taken. POSIX
+ * If the file system has no locks, the file counts as taken. POSIX
  * refuses the lock to other processes only; Windows also to another opening by this one. */
 int lm_lock_file(FILE *file);
 
 /* What follows returns 1, or 0 with errno. */
 
-/* Bring all that was written to the disk itself. */
+/* Flush all written data to the disk. */
 int lm_sync_file(FILE *file);
 
 /* Cut the file at a length, and continue writing there. */
 int lm_cut_file(FILE *file, long length);
 
-/* Rename a file; one of the new name is replaced in one step. */
+/* Rename a file; an existing file of the new name is replaced atomically. */
 int lm_replace_file(const char *from, const char *to);
 
 int lm_remove_file(const char *path);   /* a link itself */
@@ -59,7 +59,7 @@ int lm_is_same_file(const char *a, const char *b);
 
 /* --- time, processor, terminal --- */
 
-/* Since a moment that stays the same while the process runs. */
+/* Time since a fixed moment of the process. */
 double lm_seconds_now(void);
 
 /* At least 1. */
@@ -70,7 +70,7 @@ int lm_is_terminal(FILE *file);
 /* The program's arguments as UTF-8, and a terminal that shows UTF-8. Null: out of memory. */
 char **lm_take_arguments(int *count, char **argument);
 
-/* Set *stop when the user or the system asks the program to end: SIGINT and SIGTERM; on Windows
+/* Set *stop when the user or the system requests termination: SIGINT and SIGTERM; on Windows
  * Ctrl-C, Ctrl-Break and the closing of the window. No write is cut short by it. */
 void lm_watch_interrupts(volatile int *stop);
 

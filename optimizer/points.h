@@ -41,12 +41,11 @@ int lm_find_figure(const char *name); /* also "stiffness"; -1: unknown */
 /* Limits are named as the spec names them: "safety_factor_min", "lost_motion_max_arcmin". */
 const char *lm_limit_name(int limit);
 
-/* A row of evaluate.h as a share of the limit that is named: the search counts a least value (a
- * stiffness, a torque, a life) by its inverse. > 0: so far the limit must give; other rows as they
- * are. */
+/* A row of evaluate.h as a share of its named limit: the search uses the inverse of a least value
+ * (a stiffness, a torque, a life). > 0: required relaxation; other rows unchanged. */
 double lm_share_of_limit(int limit, double row);
 
-/* Whether a spec says how far a limit goes; the others follow from the drive itself. */
+/* Whether a spec states the value of a limit; the others follow from the drive. */
 int lm_is_set_by_spec(int limit);
 
 /* --- the problem --- */
@@ -129,12 +128,11 @@ double lm_violation_of(const lm_problem *problem, const lm_layout *layout, const
 double lm_tolerance_violation_of(const lm_problem *problem, const lm_layout *layout,
                                  const double result[]);
 
-/* The largest row of the side clearances: < 0, so much may be closed everywhere. */
+/* The largest row of the side clearances; if < 0, all clearances may be reduced by that amount. */
 double lm_gap_row_of(const lm_layout *layout, const double result[]);
 
-/* How far inside every scaled limit the solvers stay. A design is feasible when it breaks no limit
- * at all, as the certificate and `lostmotion predict` see it; this is what their own tolerances and
- * rounding may use up. */
+/* Margin of the solvers to every scaled limit, for their tolerances and rounding. A design is
+ * feasible if it violates no limit in the certificate and in `lostmotion predict`. */
 #define LM_RESERVE 1e-6
 
 /* Move the shift that moves all side clearances equally (rigid gear, internal deformation;

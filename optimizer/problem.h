@@ -1,6 +1,6 @@
-/* A design problem in plain numbers: what may vary, what must hold and what is wanted.
+/* A design problem in plain numbers: variables, limits and objectives.
  *
- * Way of the data: spec text (spec.h) -> problem (this struct) -> point (combination of choices and
+ * Data flow: spec text (spec.h) -> problem (this struct) -> point (combination of choices and
  * numbers in 0 .. 1) -> figures and limits (evaluate.h) -> local solution (run_task.h) -> tasks and
  * front (search.h) -> certificate (certificate.h).
  *
@@ -18,8 +18,8 @@ extern "C" {
 #endif
 
 /* What can be fixed, varied or chosen: the dotted keys of a drive file's [design], as listed in
- * lostmotion/design_key_list.h; what two of them stand for in a way that stays sensible when the
- * size changes; and the grades of the tolerances. */
+ * lostmotion/design_key_list.h; size-independent forms of two of them; and the grades of the
+ * tolerances. */
 #define LM_KEY_OF_ROW(id, ...) LM_KEY_##id,
 typedef enum lm_key {
   LM_DESIGN_KEYS(LM_KEY_OF_ROW, LM_KEY_OF_ROW) /* in the order of the list, from 0 */
@@ -69,7 +69,7 @@ typedef struct lm_graded_link {
   int zone;           /* lm_gap_zone */
 } lm_graded_link;
 
-/* What is computed of a design, each a largest value that should be small. */
+/* Computed figures of a design, each a maximum to be minimised. */
 typedef enum lm_figure {
   LM_FIGURE_LOST_MOTION = 0,       /* arcmin, reversal at the stated torque, largest over phases */
   LM_FIGURE_TOLERANCE_LOST_MOTION, /* the same at the stated tolerance level */
@@ -80,7 +80,7 @@ typedef enum lm_figure {
   LM_FIGURE_COUNT
 } lm_figure;
 
-/* What must hold. The first ones stand for the checks of lostmotion/checks.h. */
+/* Limits. The first ones are the checks of lostmotion/checks.h. */
 #define LM_LIMIT_OF_ROW(id, name, unit, scale, meaning) LM_LIMIT_##id,
 typedef enum lm_limit {
   LM_LIMIT_FORM_RADIUS = 0,
@@ -104,29 +104,29 @@ typedef enum lm_limit {
 /* Limits that hold always stand one a row before the gaps. */
 #define LM_SINGLE_ROWS LM_LIMIT_GAP
 
-/* Where in production the tolerance figure and the corner limits are taken. */
+/* Production level of the tolerance figure and the corner limits. */
 typedef enum lm_level {
-  LM_LEVEL_WORST = 0,    /* every link at the end that hurts, eq (10), (11) */
+  LM_LEVEL_WORST = 0,    /* every link at its unfavourable limit, eq (10), (11) */
   LM_LEVEL_PROBABLE = 1, /* root of the sum of squares, t = 3 */
   LM_LEVEL_QUANTILE = 2  /* 99.73 % of sampled drives stay below */
 } lm_level;
 
-/* Stated limits; 0 where 0 makes no sense means: not limited. */
+/* Stated limits; 0 where 0 is not meaningful: not limited. */
 typedef struct lm_bounds {
   double safety_factor_min;           /* 1.5 */
-  double gap_min_arcmin;              /* 0; < 0 lets the flanks preload that far and no further */
+  double gap_min_arcmin;              /* 0; < 0 permits preload of the flanks up to this amount */
   double outer_diameter_max_mm;       /* rigid gear (internal) or ring (external), with its rim */
   double interference_max_mm;         /* < 0: not limited */
   double figure_max[LM_FIGURE_COUNT]; /* in the unit of the figure */
-  int free_assembly;                  /* 1: an undeformed flexspline must slide in */
-  int gap_at_worst_corner; /* 1: gaps less what the tightest tooth tolerances take away */
+  int free_assembly;                  /* 1: assembly with an undeformed flexspline is required */
+  int gap_at_worst_corner; /* 1: gaps minus the reduction by the tightest tooth tolerances */
 } lm_bounds;
 
 /* Cost of a drive, in units of one toleranced feature at IT7:
  *   sum over links w (T_IT7 / T)^k       reciprocal power model of cost and tolerance
  *   + size  pi/4 d^2 b / 1e4 mm^3        metal and machine time by volume
  *   + generator[type]                    its parts
- * The defaults are round figures, for ranking drives of one maker; set your own. */
+ * The defaults are round figures for ranking drives of one manufacturer; set your own. */
 typedef struct lm_cost_model {
   double tolerance_exponent; /* k, 1 */
   double size;               /* 1 */
@@ -192,7 +192,7 @@ typedef struct lm_scan {
   int nodes; /* of the neutral line */
 } lm_scan;
 
-/* Where the results of one evaluation stand: the branches of each figure (the figure is the largest
+/* Layout of the results of one evaluation: the branches of each figure (the figure is the largest
  * of them), the single rows by lm_limit, then the gaps: two flanks for each angle and edge, and
  * for each end of the overlap. */
 #define LM_BRANCH_MAX (3 * LM_PHASE_MAX + LM_PHASE_MAX * (LM_PHASE_MAX - 1) + 2)

@@ -117,7 +117,7 @@ void lm_start_population(lm_search *search) {
                                                                     : search->used + EPOCH_BUDGET;
 }
 
-/* A population verifies in one region, so that a larger budget goes into several which start anew;
+/* A population converges to one region, so a larger budget is divided between several restarts;
  * the last one, with half of the share, starts from what all have found. */
 static void start_epoch(lm_search *search, double share) {
   search->population_count = 0;
@@ -190,7 +190,7 @@ static int has_rest(const lm_search *search) {
          search->problem.evaluations < FEW_EVALUATIONS;
 }
 
-/* Islands exchange by dealing the population out anew, best first in turn. */
+/* Islands exchange designs by redistributing the population, best first in turn. */
 void lm_plan_evolve(lm_search *search) {
   const int islands = count_islands(search);
   const int objectives = search->problem.objective_count;
@@ -233,8 +233,8 @@ void lm_plan_evolve(lm_search *search) {
   }
 }
 
-/* How many combinations the share of the race carries through all rungs: each rung costs the same,
- * as the runners halve and their budget doubles. */
+/* Number of combinations that the budget of the race allows through all rungs: each rung costs the
+ * same, as the runners halve and their budget doubles. */
 void lm_start_race(lm_search *search) {
   const double budget =
       RACE_SHARE * search->problem.evaluations / (RUNG_SLOPES * lm_slope_charge(&search->problem));
@@ -259,8 +259,8 @@ void lm_start_race(lm_search *search) {
   search->rung = 0;
 }
 
-/* Gradients and no gradients by turns: what one kind sticks at the other passes. As few as are
- * polished anyway need no race. */
+/* Gradient-based and gradient-free solvers alternate, because they stall at different points. If
+ * there are no more than are polished anyway, there is no race. */
 void lm_plan_race(lm_search *search) {
   int i;
   if (search->runners <= LM_POLISHED / 2) {

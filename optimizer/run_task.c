@@ -34,9 +34,8 @@ static void screen(lm_task_state *s, const lm_task *task) {
   }
 }
 
-/* Between two designs that are good for neighbouring scalarised objectives lie designs that are
- * good for the scalarised objectives between: points at even distances on the line, each with its
- * gap closed. */
+/* Designs between two optima of neighbouring scalarised objectives are good for the objectives
+ * between: points at even distances on the line, each with its gap closed. */
 static void bridge(lm_task_state *s, const lm_task *task) {
   const int points = task->budget / 2 > 0 ? task->budget / 2 : 1;
   int i;

@@ -1,4 +1,4 @@
-/* A task carried out, and why there is no design. */
+/* Execution of a task, and the analysis of infeasibility. */
 #ifndef LOSTMOTION_OPTIMIZER_RUN_TASK_H
 #define LOSTMOTION_OPTIMIZER_RUN_TASK_H
 
@@ -16,11 +16,11 @@ lm_status lm_run_task(const lm_problem *problem, const lm_task *task, lm_answer 
 
 /* --- infeasibility --- */
 
-/* How far each limit must be relaxed so that a design exists: the point that makes the sum of all
- * relative violations small, from the given start, with whole grades; unit[] becomes it.
- * relax[LM_LIMIT_COUNT]: scaled violations (0: the limit can hold) in the unit of evaluate.h, also
- * where the certificate looks. LM_NULL, LM_OUT_OF_RANGE (the model refuses the
- * start), LM_NOT_CONVERGED (stopped), LM_TOO_SMALL (no memory for NLopt). */
+/* Relaxation of each limit with which a design exists: minimises the sum of all relative violations
+ * from the given start, with whole grades; unit[] becomes it. relax[LM_LIMIT_COUNT]: scaled
+ * violations (0: the limit can hold) in the unit of evaluate.h, also where the certificate looks.
+ * LM_NULL, LM_OUT_OF_RANGE (the model refuses the start), LM_NOT_CONVERGED (stopped), LM_TOO_SMALL
+ * (no memory for NLopt). */
 lm_status lm_explain_infeasible(const lm_problem *problem, int combination, double unit[],
                                 int budget, double relax[], lm_workspace *workspace,
                                 const volatile int *stop);

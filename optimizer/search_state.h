@@ -1,4 +1,4 @@
-/* What the search remembers between its batches, and how the stages require work; the search's own
+/* State of the search between batches, and requests of the stages; the search's own
  * files alone include this. */
 #ifndef LOSTMOTION_OPTIMIZER_SEARCH_STATE_H
 #define LOSTMOTION_OPTIMIZER_SEARCH_STATE_H
@@ -49,7 +49,7 @@ struct lm_search {
   int stage;
   int rung;            /* of the race: halvings of the field so far */
   int round;           /* of the present stage, from 0 */
-  int quiet;           /* rounds in a row that bettered the best design by nothing worth while */
+  int quiet;           /* successive rounds without significant improvement of the best design */
   double round_best;   /* first objective of the best design, one round ago */
   int scalarisations;  /* of the trade-off, made so far */
   int extremes_sought; /* of the front, for the population */

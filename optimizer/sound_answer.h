@@ -1,5 +1,5 @@
-/* Whether an answer can be one of a problem. Answers come from files and other machines: their
- * checksum tells damage, not truth, so each is examined before the search indexes by it. */
+/* Checks that an answer is valid for a problem. Answers come from files and other machines: a
+ * checksum detects damage, not wrong content, so each is checked before use. */
 #ifndef LOSTMOTION_OPTIMIZER_SOUND_ANSWER_H
 #define LOSTMOTION_OPTIMIZER_SOUND_ANSWER_H
 

@@ -40,7 +40,7 @@
 extern "C" {
 #endif
 
-/* What was wrong with a spec. */
+/* Error in a spec. */
 typedef struct lm_spec_error {
   int line;       /* from 1; 0: the spec as a whole */
   char text[160]; /* one sentence: what was found, what was expected */

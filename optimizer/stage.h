@@ -1,4 +1,4 @@
-/* The stages of a search, and how they leave a combination. */
+/* The stages of a search, and the results for a combination. */
 #ifndef LOSTMOTION_OPTIMIZER_STAGE_H
 #define LOSTMOTION_OPTIMIZER_STAGE_H
 

@@ -1,4 +1,4 @@
-/* A flag that says stop to other threads, read and set without a lock; a null flag is never set. */
+/* A stop flag for other threads, read and set without a lock; a null flag is never set. */
 #ifndef LOSTMOTION_OPTIMIZER_STOP_H
 #define LOSTMOTION_OPTIMIZER_STOP_H
 

@@ -198,7 +198,7 @@ static void epigraph_rows(unsigned m, double *rows, unsigned n, const double *x,
   }
 }
 
-/* A row that nothing moves would make the subproblem contradict itself. */
+/* A row without derivatives would make the subproblem infeasible. */
 static void drop_constant_rows(lm_task_state *s) {
   int kept = 0;
   int i;

@@ -31,7 +31,7 @@ typedef struct lm_solution {
   double objective[LM_OBJECTIVE_MAX];
 } lm_solution;
 
-/* What a task makes small: the largest over the objectives of
+/* Objective of a task: the largest over the objectives of
  *   weight (f - origin) / scale,
  * with each objective at most `most`. A weight of 0 leaves an objective out. */
 typedef struct lm_scalarisation {

@@ -1,5 +1,5 @@
-/* What one task works on: points evaluated with a memory of the last one. The files that carry out
- * tasks alone include this. */
+/* Working state of one task: evaluated points with a cache of the last one. The files that carry
+ * out tasks alone include this. */
 #ifndef LOSTMOTION_OPTIMIZER_TASK_STATE_H
 #define LOSTMOTION_OPTIMIZER_TASK_STATE_H
 

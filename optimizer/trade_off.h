@@ -18,9 +18,9 @@ void lm_plan_front(lm_search *search);
 /* Tasks for the extreme point of every axis, each from the best kept design; there must be one. */
 void lm_add_extreme_points(lm_search *search);
 
-/* Looks at the ends of the front with every other open combination, whose own end may lie further
- * out: the design at the end, carried over, with its gap closed; for so large a share of the
- * budget. Their number. */
+/* Evaluates the ends of the front with every other open combination, whose own end may be better:
+ * the design at the end, carried over, with its gap closed; for so large a share of the budget.
+ * Their number. */
 int lm_add_end_looks(lm_search *search, double share);
 
 /* Tasks between neighbours of a front of two objectives, where both are of one combination. */

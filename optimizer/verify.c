@@ -6,7 +6,7 @@
 #include "archive.h"
 #include "lostmotion/checks.h"
 
-/* Where the verification looks for angles that its scan lacks: steps a pitch, nodes of the line. */
+/* Grid of the verification between the angles of the scan: steps per pitch, nodes of the line. */
 #define STEPS 8
 #define NODES 64
 
@@ -157,7 +157,7 @@ static void measure_as_searched(lm_task_state *s, const lm_problem *stated, int 
   (void)lm_evaluate_task_point(s, unit, 0);
 }
 
-/* The range keeps its value from now on. */
+/* Fixes the value of the range. */
 static void fix_range(lm_task_state *s, int range) {
   int moving = 0;
   int i;

@@ -10,9 +10,9 @@
 extern "C" {
 #endif
 
-/* Whole grades one after the other, in the order of the spec, each with the better of its
- * neighbours while the rest moves. Then the gaps between the angles of the scan, and limits of
- * figures at the phases of the certificate. */
+/* Rounds grades one after the other, in the order of the spec, each to the better of its neighbours
+ * while the other variables are optimised. Then the gaps between the angles of the scan, and limits
+ * of figures at the phases of the certificate. */
 void lm_verify_design(lm_task_state *s, const lm_task *task);
 
 /* The design with its grades to the nearest, all down and all up, examined as a search does. */

@@ -1,4 +1,4 @@
-/* What one thread computes in; opaque to callers. */
+/* Workspace of one thread; opaque to callers. */
 #ifndef LOSTMOTION_OPTIMIZER_WORKSPACE_H
 #define LOSTMOTION_OPTIMIZER_WORKSPACE_H
 

@@ -47,7 +47,7 @@
 /* Maxima further apart than this belong to different zones. */
 #define SAME_ZONE (LM_PI / LM_REAL(36)) /* 5 deg */
 
-/* A tooth on its way: where it stands and how that changes with the material angle. */
+/* A moving tooth: its position and the derivatives by the material angle. */
 typedef struct motion {
   lm_placement place;
   lm_real lead_rad; /* of the foot ahead of the rigid space's axis */
@@ -154,7 +154,7 @@ static lm_flank_foot foot_on(const generation *g, const lm_placement *place, lm_
 /* --- the greatest angle on a radius --------------------------------------------------------------
  */
 
-/* What makes the flank on a radius. */
+/* Part that generates the flank at a radius. */
 typedef struct maker {
   lm_real angle; /* material angle of the tooth */
   lm_real theta;
@@ -274,8 +274,8 @@ static maker climb(const generation *g, lm_real angle, lm_real radius, lm_real b
     at.bend = chord;
     step = next_step(slope, chord, SCAN_STEP / LM_REAL(2));
   }
-  /* What the last step would have gained, so that the derivatives by the dimensions of the drive
-   * are those of the maximum as well. */
+  /* Gain of the last step, so that the derivatives by the dimensions of the drive are those of the
+   * maximum. */
   at.theta += LM_REAL(0.5) * slope * step;
   return at;
 }

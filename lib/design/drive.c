@@ -15,7 +15,7 @@
 #define DEGREE (LM_PI / LM_REAL(180))
 #define ARCMIN (DEGREE / LM_REAL(60))
 
-/* What the ranges of design_key_list.h are measured in. */
+/* Units of the ranges of design_key_list.h. */
 typedef struct key_scales {
   lm_real per_ONE;
   lm_real per_DEGREE;
@@ -127,7 +127,7 @@ static lm_status check_ratio(const lm_drive *d, lm_fault *fault) {
   return LM_OK;
 }
 
-/* What lm_complete_drive needs before it can fill the rest. */
+/* Inputs that lm_complete_drive requires. */
 static lm_status check_given(const lm_drive *d, lm_fault *fault) {
   lm_status status = check_teeth(d, fault);
   if (status == LM_OK) {

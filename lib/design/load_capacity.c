@@ -78,7 +78,7 @@ static teeth teeth_of(const lm_drive *drive, const lm_mesh *mesh) {
   return t;
 }
 
-/* What the force on a pair does to its teeth. */
+/* Stress of the teeth of a pair from its force. */
 typedef struct effect {
   lm_real normal_N;
   lm_real flexspline_Nmm; /* moments about the roots */
@@ -131,8 +131,8 @@ static void add_tooth(const lm_design_workspace *w, const teeth *t, const effect
              LM_REAL(6) * rigid / (t->width_mm * t->rigid.thickness_mm * t->rigid.thickness_mm));
 }
 
-/* The lobe that is pushed back more; a fixed wave generator that runs out of true may load one
- * alone. */
+/* The lobe with the larger displacement; a fixed, eccentric wave generator may load only one lobe.
+ */
 static int loaded_lobe(const lm_design_workspace *w) {
   lm_real first = LM_REAL(0);
   lm_real second = LM_REAL(0);

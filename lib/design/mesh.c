@@ -80,9 +80,8 @@ static flank_point evaluate_flank(const flank_pair *pair, lm_real radius_mm) {
 }
 
 /* The flank point on a polar radius between those of both ends: the chord and, where it is off by
- * more than a thousandth of a module, one step of Newton. The flank is so nearly radial that this
- * leaves a hundred-thousandth in any drive; the slopes take up the rest, for the gap is straight
- * enough for 1e-10 rad. */
+ * more than a thousandth of a module, one step of Newton. The flank is nearly radial, so the error
+ * is below 1e-5 in any drive; the slopes correct the rest to 1e-10 rad. */
 static flank_point point_on_radius(const flank_pair *pair, lm_real target, lm_real at_low,
                                    lm_real at_high) {
   const lm_real low = pair->mesh->low.radius_mm;
@@ -109,8 +108,8 @@ static lm_gap no_overlap(void) {
 
 /* Where the slope of the gap passes from falling to rising between two flank points: regula falsi
  * with the Illinois correction, which keeps the bracket, and two steps of Newton with one
- * curvature. The bracket may end in rounding, where the chord's slope means nothing; Newton's steps
- * leave of whatever error it has the square of what the curvature is wrong by, in the value as in
+ * curvature. The bracket may end at rounding, where the slope of the chord is meaningless; the
+ * Newton steps reduce the remaining error by the square of the curvature error, in the value and in
  * its derivatives by the dimensions of the drive. */
 #define ILLINOIS_STEPS 4
 #define NEWTON_STEPS 2
@@ -256,7 +255,7 @@ static flank_point touch_corner(const flank_point *low, const flank_point *high)
   return tip;
 }
 
-/* Distance of the samples on a piece of the flank, at most, modules; chosen: of 200 random drives
+/* Largest distance of the samples on a piece of the flank, modules; chosen: of 200 random drives
  * none has two minima that count between two samples (LM_FLANK_DRIVES,
  * tests/python/test_flanks.py). */
 #define SAMPLE_MODULES LM_REAL(0.15)
@@ -315,7 +314,7 @@ static int list_pieces(const flank_pair *pair, const flank_point *low, const fla
   return count + 1;
 }
 
-/* The lowest of what has been seen, and the bracket that may hold something lower. */
+/* The lowest value so far, and the bracket that may contain a lower one. */
 typedef struct descent {
   flank_point best;
   flank_point low;
@@ -681,7 +680,7 @@ lm_status lm_lobe_clearances(const lm_mesh *mesh, lm_real phase_rad, lm_clearanc
   if (!real_isfinite(phase_rad)) {
     return refuse_range(fault, "phase_rad", phase_rad, -REAL_INFINITY, REAL_INFINITY);
   }
-  /* Whole turns go first: phase over pitch of a large phase is beyond all numbers. */
+  /* Whole turns are subtracted first: a large phase divided by the pitch would overflow. */
   turns = phase_rad / (LM_REAL(2) * LM_PI);
   shift = (turns - real_floor(turns)) * LM_REAL(mesh->geometry.flexspline_teeth);
   shift -= real_floor(shift);

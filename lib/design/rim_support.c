@@ -30,7 +30,7 @@ lm_real lm_ball_compliance(lm_real ball_diameter_mm, lm_real force_N) {
   return LM_REAL(4.36e-4 * 2 / 3) / real_pow(ball_diameter_mm * force_N, LM_REAL(1) / LM_REAL(3));
 }
 
-/* Where the rim is held, and how softly. */
+/* Supports of the rim and their compliance. */
 typedef struct supports {
   int count;
   lm_real angle_rad[LM_SUPPORTS_MAX];

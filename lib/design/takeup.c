@@ -220,7 +220,7 @@ lm_real lm_rim_yield(const lm_foundation *foundation, int tooth, int other) {
   return give;
 }
 
-/* Everything the path follower works on. */
+/* State of the path follower. */
 typedef struct path {
   const lm_contact *contacts;
   int count;
@@ -247,7 +247,7 @@ static lm_real advance(const lm_contact *contact, direction way) {
                         : -LM_REAL(contact->side) * contact->arm_mm;
 }
 
-/* Element of C: give of contact i along its own approach from a unit force at contact j. */
+/* Element of C: displacement of contact i along its approach for a unit force at contact j. */
 static lm_real coupling(const path *p, const lm_contact *a, const lm_contact *b) {
   const lm_real twist = p->foundation->twist_rad_per_Nmm[a->section][b->section] * p->multiplicity;
   lm_real give = LM_REAL(a->side * b->side) * a->arm_mm * b->arm_mm * twist;
@@ -364,7 +364,7 @@ static void turn_sections(const path *p, const lm_real torque_Nmm[LM_SECTIONS_MA
   }
 }
 
-/* What the supports of a rim take off its give, from forces on the active pairs. */
+/* Reduction of the rim's deflection by its supports, for forces on the active pairs. */
 static void take_off_supports(path *p, const lm_real force[], int lobe) {
   lm_take_up_workspace *w = p->w;
   const lm_foundation *f = p->foundation;
@@ -421,7 +421,7 @@ static void spread(path *p, const lm_real force[], lm_real turn_rad[LM_SECTIONS_
   turn_sections(p, torque_Nmm, turn_rad);
 }
 
-/* Give of the rim at a pair, along its approach. */
+/* Deflection of the rim at a pair, along its approach. */
 static lm_real rim_give(const path *p, const lm_contact *c, const lm_real turn_rad[]) {
   return c->wedge * p->w->give[c->lobe][c->tooth] +
          LM_REAL(c->side) * c->arm_mm * turn_rad[c->section];
@@ -520,7 +520,7 @@ static void start_open(path *p, lm_real angle, lm_real relief) {
   }
 }
 
-/* Let the preload in: both flanks close together by `relief` until the gaps are the true ones. */
+/* Apply the preload: both flanks close by `relief` until the gaps have their true values. */
 static lm_status let_preload_in(path *p, lm_real relief, lm_fault *fault) {
   lm_real left = relief;
   for (;;) {
@@ -809,7 +809,7 @@ static void range_of_teeth(path *p) {
   }
 }
 
-/* What the contacts use of the foundation. */
+/* Part of the foundation used by the contacts. */
 static lm_status check_foundation(const path *p, lm_fault *fault) {
   const lm_foundation *f = p->foundation;
   lm_status status;

@@ -212,7 +212,8 @@ lm_status lm_worst_limits(const lm_tolerance_link *links, int count, lm_toleranc
   return LM_OK;
 }
 
-/* How far a link can go, as |A| tau: a normal spread leaves its field from t = 3 on, no other. */
+/* Largest deviation of a link as |A| tau: only a normal distribution exceeds its field, from t = 3
+ * on. */
 static lm_real reach(const lm_tolerance_link *link, lm_real t) {
   const lm_real beyond =
       link->distribution == LM_NORMAL && t > LM_REAL(3) ? t / LM_REAL(3) : LM_REAL(1);
@@ -256,7 +257,8 @@ lm_status lm_probable_limits(const lm_tolerance_link *links, int count, lm_real 
     half = (limits->gap_max_mm[i] - limits->gap_min_mm[i]) / LM_REAL(2);
     most += middle;
     above_square += square(half);
-    /* A zone that may interfere has no gap in as many drives as may be: nothing is sure of it. */
+    /* A zone that may interfere has no gap in an unknown share of the drives: its lower limit is 0.
+     */
     if (limits->signed_min_mm[i] >= LM_REAL(0)) {
       least += middle;
       below_square += square(half);
@@ -312,7 +314,7 @@ lm_status lm_tolerance_contributions(const lm_tolerance_link *links, int count,
     squares += probable_percent[i];
   }
   for (i = 0; i < count; ++i) {
-    /* Below one square picometre the tolerances are none; float32 would divide by a denormal. */
+    /* Below one square picometre the tolerances are zero; float32 would divide by a denormal. */
     worst_percent[i] = worst > LM_REAL(1e-9) ? LM_REAL(100) * worst_percent[i] / worst : LM_REAL(0);
     probable_percent[i] =
         squares > LM_REAL(1e-18) ? LM_REAL(100) * probable_percent[i] / squares : LM_REAL(0);

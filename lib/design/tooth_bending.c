@@ -36,7 +36,7 @@ lm_tooth_material lm_steel_tooth_material(void) {
   return steel;
 }
 
-/* What every tooth function takes: face width, load angle, elastic constants. */
+/* Common inputs of the tooth functions: face width, load angle, elastic constants. */
 static lm_status check_tooth_load(lm_real face_width_mm, lm_real load_angle_rad,
                                   const lm_tooth_material *material, lm_fault *fault) {
   if (material == 0) {

@@ -1,5 +1,5 @@
-/* The run-time code is translated as written, whatever the compiler's flags: no fused multiply-add,
- * and no call of the C library where the source has a loop.
+/* The run-time code is compiled as written, independent of the compiler's flags: no fused
+ * multiply-add, and no call of the C library where the source has a loop.
  *
  * A fused multiply-add rounds once where the source rounds twice, so that a core with one would
  * compute other bits than a core without. GCC fuses by default in its gnu dialects. Clang keeps to

@@ -8,7 +8,8 @@
 
 #define SAVED_FORMAT 1u
 
-/* A measured lost motion beyond this many turns is not one. It keeps the powers finite. */
+/* A measured lost motion beyond this many turns is invalid. The bound keeps the mean squares
+ * finite. */
 #define LOST_MOTION_MAX_RAD LM_REAL(1000)
 
 /* The three stages of the limiter, position to velocity to acceleration to jerk, each four times as
@@ -22,16 +23,16 @@
  * below acceleration / (2 response). */
 #define STAGE_RATIO LM_REAL(4)
 
-/* Passing a bound by this, relatively, is rounding. */
+/* Relative excess over a bound that is rounding. */
 #define ROUNDING LM_REAL(1.00001)
 
-/* What a correction that moves by less a tick may be wrong by: 16 roundings of a float at the
- * largest correction. */
+/* Rounding error of a slowly moving correction: 16 roundings of a float at the largest correction.
+ */
 #define RESTING LM_REAL(1e-6)
 
-/* Swings in a row, and how far they go over the noise, before they count as ringing: three periods
- * of at least +-2 noise. Fewer would take a move, its end and a reversal for one; what is smaller
- * does no harm that the output's encoder could tell. */
+/* Successive reversals, and their size relative to the noise, that count as ringing: three periods
+ * of at least +-2 noise. With fewer, a move with its end and a reversal would count; smaller
+ * oscillations are below the resolution of the output encoder. */
 #define RINGING_TURNS 6
 #define RINGING_NOISES LM_REAL(4)
 
@@ -39,22 +40,22 @@
 #define SWING_NOISES2 LM_REAL(4)
 #define SWING_SHARE2 LM_REAL(0.0625)
 #define HELP_SHARE LM_REAL(0.5)
-/* What did harm has to help five times as long: a loop that rings when the correction comes back
- * would make it fade in and out for ever. */
+/* The correction must have been useful five times as long as it was harmful: otherwise a loop that
+ * rings when the correction returns would make it fade in and out endlessly. */
 #define FORGIVING LM_REAL(0.2)
-/* Harm counts by its power over misfit_rad^2, up to so many times its duration: a wrong sign, which
- * leaves twice what it ought to take away, is plain in the first move. */
+/* Harm counts in proportion to its mean square over misfit_rad^2, up to this factor on its
+ * duration: a wrong sign, which doubles the error, is detected in the first move. */
 #define PLAIN LM_REAL(4)
 
-/* An acceleration limit with what the jerk limit leaves of it at a response. */
+/* An acceleration limit, reduced by the jerk limit at a response. */
 NOINLINE static lm_real usable_acceleration(lm_real acceleration_rad_s2, lm_real jerk_rad_s3,
                                             lm_real response_per_s) {
   return least(acceleration_rad_s2, jerk_rad_s3 / (2 * STAGE_RATIO * response_per_s));
 }
 
-/* The suppositions of the argument above for the motion at hand: with the response r, the position
+/* The assumptions of the argument above for the present motion: with the response r, the position
  * limit X and the acceleration limit A that the parameters state, V = min(velocity, A / (2 r)), and
- * with the acceleration A' that is left now,
+ * with the presently permitted acceleration A',
  *
  *     |a| <= A',  2 r |v| <= A',  |v| <= V                                  what is there at all
  *     +-a <= 8 r (V -+ v)                                                   v will not pass V
@@ -64,10 +65,10 @@ NOINLINE static lm_real usable_acceleration(lm_real acceleration_rad_s2, lm_real
  * 32 r^3 e - 12 r^2 v, which is not negative for v <= 2 r e; and v = 2 r e with z >= 0 has
  * a <= -2 r v, so v falls as fast as 2 r e.
  *
- * A motion that was made under the limits at hand fulfils them. One that was made under others ends
- * under those: its response stays, and the acceleration is at least what it has now,
- * A'' = max(|a|, 2 r |v|), with 8 r A'' of jerk. Neither is more than the limits it was made under
- * let it have. In position it may go out as far as those let it. */
+ * A motion started under the present limits fulfils them. A motion started under other limits ends
+ * under those: its response stays, and the acceleration is at least what it has now, A'' = max(|a|,
+ * 2 r |v|), with 8 r A'' of jerk. Neither is more than the limits it was made under let it have. In
+ * position it may go out as far as those let it. */
 NOINLINE static int fits_side(const lm_compensator *c, lm_real x, lm_real v, lm_real a) {
   const lm_limits *limits = &c->parameters->limits;
   lm_real twice_per_s = 2 * limits->response_per_s;
@@ -82,7 +83,7 @@ NOINLINE static int fits_side(const lm_compensator *c, lm_real x, lm_real v, lm_
          !is_greater(a, STAGE_RATIO * twice_per_s * least(room_rad_s, way_rad_s));
 }
 
-/* The acceleration that the motion at hand needs at a response. */
+/* The acceleration that the present motion needs at a response. */
 static inline lm_real needed_acceleration(const lm_compensator *c, lm_real response_per_s) {
   return greatest(absolute(c->acceleration_rad_s2),
                   2 * response_per_s * absolute(c->velocity_rad_s));
@@ -106,8 +107,8 @@ NOINLINE static void set_rates(lm_compensator *c) {
   c->jerk_share = least(STAGE_RATIO * STAGE_RATIO * tick, 1);
 }
 
-/* The second half of set_bounds. Apart, and with the numbers on their way in the instance's own
- * fields, for the stack: without an FPU every number that waits for a call takes a register. */
+/* The second half of set_bounds. Separate, and with intermediate values in the instance, to save
+ * stack: without an FPU every value that is live across a call takes a register. */
 NOINLINE static void narrow_bounds(lm_compensator *c) {
   const lm_limits *limits = &c->parameters->limits;
   lm_real response_per_s = c->velocity_per_s;
@@ -124,7 +125,7 @@ NOINLINE static void narrow_bounds(lm_compensator *c) {
   c->jerk_step_rad_s2 = jerk_rad_s3 * limits->period_s;
 }
 
-/* The bounds in force, from the parameters' limits, the headroom and the motion at hand. */
+/* The active bounds, from the limits of the parameters, the headroom and the present motion. */
 NOINLINE static void set_bounds(lm_compensator *c) {
   const lm_limits *limits = &c->parameters->limits;
   lm_real reached_rad = c->correction_end_rad;
@@ -162,7 +163,7 @@ void lm_set_headroom(lm_compensator *compensator, const lm_headroom *headroom) {
   }
 }
 
-/* By how much further a torque winds the torsion curve than another does. */
+/* Difference of the torsion curve's angle between two torques. */
 static lm_real wind(const lm_parameters *parameters, lm_real torque_Nm, lm_real more_Nm) {
 #if LM_PROFILE == LM_PROFILE_GAP
   (void)parameters;
@@ -174,7 +175,7 @@ static lm_real wind(const lm_parameters *parameters, lm_real torque_Nm, lm_real 
 #endif
 }
 
-/* Begins to listen for ringing anew. */
+/* Resets the detection of ringing. */
 static void listen_anew(lm_compensator *compensator) {
   compensator->turns = 0;
   compensator->turn_rad = compensator->correction_rad;
@@ -186,12 +187,12 @@ static void listen_anew(lm_compensator *compensator) {
   compensator->standing &= ~LM_STATE_RINGING;
 }
 
-/* What a wrong torque makes of the target, either way, where it makes most of it: at no load. */
+/* Largest error of the target from a torque error, either sign: at zero load. */
 static void find_unsure(lm_compensator *c) {
   c->unsure_rad = LM_REAL(0.5) * wind(c->parameters, -c->torque_error_Nm, 2 * c->torque_error_Nm);
 }
 
-/* What parameters determine of an instance. */
+/* Sets the fields of an instance that follow from the parameters. */
 static void prepare(lm_compensator *compensator) {
   const lm_parameters *parameters = compensator->parameters;
   const lm_limits *limits = &parameters->limits;
@@ -211,7 +212,7 @@ static void prepare(lm_compensator *compensator) {
                                                                  RESTING * limits->correction_rad);
 #if LM_EFFECTS_MAX > 0
   compensator->needs = needs_of(parameters);
-  /* So much torque as winds the torsion curve by swing_rad, on the whole. */
+  /* Torque that winds the torsion curve by swing_rad on average. */
   compensator->swing_Nm = 2 * compensator->usual_Nm * compensator->swing_rad /
                           wind(parameters, -compensator->usual_Nm, 2 * compensator->usual_Nm);
 #endif
@@ -268,7 +269,8 @@ lm_status lm_start_compensator(lm_compensator *compensator, const lm_parameters 
 }
 PLAIN_SYMBOL(lm_start_compensator, LM_SIZES_TEXT)
 
-/* The wish, which is finite, or the bound it passes, and then the status bit that says so. */
+/* Returns the finite requested value clipped to its bounds; sets the status bit if it was clipped.
+ */
 static lm_real hold(lm_real wish, lm_real most, uint32_t bit, uint32_t *status) {
   if (is_within(wish, most)) {
     return wish;
@@ -277,7 +279,7 @@ static lm_real hold(lm_real wish, lm_real most, uint32_t bit, uint32_t *status) 
   return with_sign_of(wish, most);
 }
 
-/* A swing ends: more than the noise, and back from the last that counted. */
+/* End of a swing: larger than the noise, opposite to the last that counted. */
 NOINLINE static void count_swing(lm_compensator *c, lm_real swing_rad) {
   int32_t turns = c->ticks < c->swing_ticks ? c->turns : 0;
   if (is_negative(swing_rad)) {
@@ -298,8 +300,8 @@ NOINLINE static void count_swing(lm_compensator *c, lm_real swing_rad) {
 }
 
 #if LM_EFFECTS_MAX > 0
-/* Listens to the torque, as late as the correction is behind its target. turn_Nm is as far as that
- * got; a swing ends where it has come back by swing_Nm, whose sign says which way that is. */
+/* Detects ringing from the torque, delayed like the correction. turn_Nm is its extreme; a swing
+ * ends when it has returned by swing_Nm, whose sign gives the direction. */
 NOINLINE static void hear_torque(lm_compensator *c) {
   lm_real back_Nm;
   c->heard_Nm += (c->memory.plays.torque_Nm - c->heard_Nm) * (LM_REAL(0.25) * c->jerk_share);
@@ -330,10 +332,10 @@ NOINLINE static lm_real follow_slowly(lm_compensator *c, lm_real target_rad) {
   return c->slow_rad;
 }
 
-/* Listens for ringing: to the correction where all that moves it is the torque, or slow. Noise
- * makes small turns on the way; what counts is how far it is from the last turn that counted.
- * Effects that take more than torque, temperature and time, a kinematic error above all, swing the
- * correction without a torque, and that closes no loop: with them it listens to the torque. */
+/* Detects ringing, from the correction if only the torque and slow conditions move it. Noise causes
+ * small reversals; the distance from the last counted reversal decides. Effects that need more than
+ * torque, temperature and time, such as a kinematic error, move the correction without a torque and
+ * close no loop: with them the torque is examined. */
 static inline void listen(lm_compensator *c, lm_real before_rad_s) {
   c->ticks += 1;
 #if LM_EFFECTS_MAX > 0
@@ -350,7 +352,7 @@ static inline void listen(lm_compensator *c, lm_real before_rad_s) {
 
 static inline uint32_t follow_target(lm_compensator *c, lm_real target_rad, uint32_t status) {
   lm_real period_s = c->parameters->limits.period_s;
-  /* Aiming ahead by what the target moves in 1 / response makes up for the first stage's lag. */
+  /* Adding the motion of the target in 1 / response compensates the lag of the first stage. */
   lm_real aim_rad = hold(target_rad + (target_rad - c->target_rad) * c->lead_ticks,
                          c->correction_max_rad, LM_STATE_POSITION_LIMITED, &status);
   lm_real before_rad_s = c->velocity_rad_s;
@@ -376,8 +378,8 @@ static inline uint32_t follow_target(lm_compensator *c, lm_real target_rad, uint
   return status;
 }
 
-/* What an input beyond the range that was fitted, the limit, or sense counts as; adds the bits that
- * tell of it. */
+/* Replaces inputs that are invalid, beyond the limit or outside the fitted range; sets the status
+ * bits. */
 static inline lm_real judge_unusual(const lm_compensator *c, lm_real told, uint32_t *status) {
   lm_real limit = c->parameters->torque_limit_Nm;
   if (is_within(told, limit)) {
@@ -394,10 +396,10 @@ static inline lm_real judge_unusual(const lm_compensator *c, lm_real told, uint3
   return with_sign_of(told, limit);
 }
 
-/* States in which a tick is another than usual. */
+/* States in which a tick differs from the usual. */
 #define UNUSUAL (LM_STATE_HOLDING | LM_STATE_RESETTING | LM_STATE_RINGING | LM_STATE_HEADROOM_SHORT)
 
-/* Where the correction goes in these states. */
+/* Target of the correction in these states. */
 NOINLINE static lm_real find_other_target(lm_compensator *c) {
   lm_real target_rad = -c->gain * c->lost_motion_rad;
   if (c->standing & LM_STATE_RESETTING) {
@@ -529,7 +531,7 @@ void lm_declare_memory_known(lm_compensator *compensator) {
   }
 }
 
-/* The range that play i may still be in. At the start it was anywhere in its band. A rising load
+/* The possible range of operator i. At the start it was anywhere in its band. A rising load
  * lifted it at least to the lower edge at the load's highest, a falling one lowered it at most to
  * the upper edge at its lowest, in whatever order: the rest is [low, high] or, once it is
  * known, nothing. The edges rise with the load, so the band at the start itself adds nothing. */
@@ -594,8 +596,8 @@ lm_real lm_bound_uncertainty(lm_compensator *compensator) {
   return bound(compensator);
 }
 
-/* True where some play has another band than before: then it stands where the old band left it, and
- * the load that swept the old one has not swept this. */
+/* True if the band of an operator has changed: its state is that of the old band, and the load has
+ * not swept the new one. */
 static int has_other_bands(const lm_play_bank *bank, const lm_play_bank *before) {
   int other = bank->envelope_Nm != before->envelope_Nm || bank->knee_Nm != before->knee_Nm;
   int32_t i;
@@ -662,7 +664,7 @@ lm_status lm_shift_angle(lm_compensator *compensator, lm_real by_rad, lm_fault *
     plays->z_Nm[i] += by_rad;
   }
   lm_settle_model(compensator->parameters, &compensator->memory);
-  /* What was swept beyond the limit counts as swept up to it. */
+  /* Loads beyond the limit count as loads up to it. */
   compensator->lowest_Nm = clamp(compensator->lowest_Nm + by_rad, -limit_rad, limit_rad);
   compensator->highest_Nm = clamp(compensator->highest_Nm + by_rad, -limit_rad, limit_rad);
   return LM_OK;
@@ -674,7 +676,7 @@ static void average(lm_real *mean, lm_real value, lm_real share) {
   *mean += share * (value - *mean);
 }
 
-/* Powers of the measured lost motion, of what the model leaves of it, and of the model. */
+/* Mean squares of the measured lost motion, of the residual, and of the model. */
 static void weigh(lm_compensator *c, lm_real measured_rad, lm_real share) {
   lm_real residual_rad = measured_rad - c->lost_motion_rad;
   lm_real measured = measured_rad;
@@ -698,7 +700,7 @@ static void weigh(lm_compensator *c, lm_real measured_rad, lm_real share) {
   average(&c->level_rad2, c->lost_motion_rad * c->lost_motion_rad, share);
 }
 
-/* How long the correction has done harm; no longer than the gain needs to begin to fall. */
+/* Time for which the correction has been harmful, at most the time after which the gain falls. */
 static void doubt(lm_compensator *c, lm_real elapsed_s) {
   const lm_watch *watch = &c->parameters->watch;
   lm_real noise_rad2 = watch->noise_rad * watch->noise_rad;
@@ -719,7 +721,7 @@ static void doubt(lm_compensator *c, lm_real elapsed_s) {
   }
 }
 
-/* Where the gain goes: down at full doubt, up without any. A standing axis creeps. */
+/* Direction of the gain: down at full doubt, up without doubt. At rest it changes slowly. */
 static void fade(lm_compensator *c, lm_real elapsed_s) {
   const lm_watch *watch = &c->parameters->watch;
   lm_real model_rad = absolute(c->lost_motion_rad);
@@ -771,7 +773,7 @@ void lm_declare_shared_zero(lm_compensator *compensator) {
   }
 }
 
-/* Fields without a hole between them, so that the CRC sees nothing but what is written. */
+/* Fields without padding, so that the CRC covers only written bytes. */
 typedef char saved_has_no_holes
     [sizeof(lm_saved) == 4 * sizeof(uint32_t) + sizeof(lm_memory) + 2 * sizeof(lm_real) ? 1 : -1];
 
@@ -793,7 +795,7 @@ void lm_save_compensator(const lm_compensator *compensator, lm_saved *saved) {
   saved->crc = lm_find_crc(0, saved, offsetof(lm_saved, crc));
 }
 
-/* A range that the load can have swept to stand where it does; not if any of it is NaN. */
+/* Checks that the load range contains the present load and has no NaN. */
 static int can_be_swept(lm_real lowest_Nm, lm_real torque_Nm, lm_real highest_Nm,
                         lm_real limit_Nm) {
   return lowest_Nm >= -limit_Nm && lowest_Nm <= torque_Nm && torque_Nm <= highest_Nm &&

@@ -1,4 +1,4 @@
-/* The curve's search and evaluation, for the hot path to take in without a call. */
+/* Search and evaluation of the curve, inlined in the control loop functions. */
 #ifndef LOSTMOTION_RUNTIME_CURVE_KERNEL_H
 #define LOSTMOTION_RUNTIME_CURVE_KERNEL_H
 

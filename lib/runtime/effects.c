@@ -12,7 +12,7 @@ const lm_effect *lm_find_effect(const lm_effect *const *table, int32_t count, ui
   return 0;
 }
 
-/* A user's effect is not trusted before this. */
+/* A user effect is not trusted before this check. */
 static lm_status check_form(const lm_effect *effect, lm_fault *fault) {
   lm_status status;
   if (!effect->run) {

@@ -25,8 +25,8 @@ void lm_start_model(lm_memory *memory, lm_real torque_Nm) {
 PLAIN_SYMBOL(lm_start_model, LM_SIZES_TEXT)
 
 #if LM_EFFECTS_MAX > 0
-/* Effects that widen the bands. Without them every play stays within its own, as advance_plays
- * needs it. */
+/* Effects that widen the bands. Without them every operator stays within its band, as advance_plays
+ * requires. */
 static int has_widths(const lm_parameters *parameters) {
   int32_t i;
   for (i = 0; i < parameters->effect_count; ++i) {
@@ -48,8 +48,7 @@ void lm_settle_model(const lm_parameters *parameters, lm_memory *memory) {
 #endif
   memory->plays.torque_Nm = torque_Nm;
 #if LM_EFFECTS_MAX > 0
-  /* Effects may have widened the bands; by how much just now is not known, by how much at most is.
-   */
+  /* Effects may have widened the bands; the present factor is unknown, the largest is known. */
   if (has_widths(parameters)) {
     memory->width_scale = clamp(memory->width_scale, 1, LM_WIDTH_SCALE_MAX);
     (void)lm_advance_scaled_plays(&parameters->plays, &memory->plays, torque_Nm,
@@ -67,7 +66,7 @@ void lm_settle_model(const lm_parameters *parameters, lm_memory *memory) {
   if (needs & LM_NEEDS_##NEED) {                       \
     at->field = judge(given->field, most, 0, &status); \
   }
-/* What effects can do without is read for them, and not missed. */
+/* Optional conditions are read but not reported as missing. */
 #define READ_FITTED(field, NEED, usual, uses)                             \
   if (needs & ((LM_NEEDS_##NEED | (uses)) & ~USUAL_NEEDS)) {              \
     uint32_t told_by = 0;                                                 \
@@ -102,7 +101,7 @@ uint32_t lm_advance_through_effects(const lm_parameters *parameters, lm_memory *
       torque_Nm += use->effect->run(use->value, own, at);
       own += use->effect->memory_count;
     }
-    /* A torque that is missing is the one before, which has the effects in it already. */
+    /* A missing torque is replaced by the previous one, which already includes the effects. */
     torque_Nm =
         is_told(given->torque_Nm) ? believe(torque_Nm, input, parameters->torque_limit_Nm) : input;
     at->torque_Nm = torque_Nm;

@@ -1,4 +1,4 @@
-/* The model without effects, for the hot path to take in without a call. */
+/* The model without effects, inlined in the control loop functions. */
 #ifndef LOSTMOTION_RUNTIME_MODEL_KERNEL_H
 #define LOSTMOTION_RUNTIME_MODEL_KERNEL_H
 
@@ -16,13 +16,13 @@
 #define UNLIKELY(condition) (condition)
 #endif
 
-/* Neither not told nor nonsense: no condition is as large. */
+/* A valid, known condition: none is larger. */
 static inline int is_told(lm_real value) {
   return is_greater(LM_UNKNOWN, absolute(value));
 }
 
-/* The torque the model believes: what is not told is the torque before, and nothing passes the
- * limit. */
+/* The torque used by the model: an unknown one is replaced by the previous, and it is clipped at
+ * the limit. */
 static inline lm_real believe(lm_real torque_Nm, lm_real before_Nm, lm_real limit_Nm) {
   if (is_within(torque_Nm, limit_Nm)) {
     return torque_Nm;
@@ -34,7 +34,7 @@ static inline lm_real believe(lm_real torque_Nm, lm_real before_Nm, lm_real limi
 }
 
 #if LM_EFFECTS_MAX > 0
-/* A condition, or `unknown` where it is not told or means nothing. Twice the sum of two angles of
+/* A condition, or `unknown` if it is unknown or invalid. Twice the sum of two angles of
  * LM_ANGLE_MAX_RAD is still one that lm_sine reduces. */
 static inline lm_real judge(lm_real value, lm_real most, lm_real unknown, uint32_t *status) {
   if (is_within(value, most)) {
@@ -62,7 +62,7 @@ static inline lm_real judge_range(lm_real told, const lm_real *range, lm_real un
   return value;
 }
 
-/* The moment of which nothing is known, as effects see it. */
+/* Conditions for effects when nothing is known. */
 #define ZERO_OF(field, ...) 0,
 #define USUAL_OF(field, NEED, usual, uses) usual,
 #define NOTHING_KNOWN {LM_CONDITION_LIST(ZERO_OF, ZERO_OF, USUAL_OF) 0, 0}
@@ -95,8 +95,7 @@ static inline uint32_t needs_of(const lm_parameters *parameters) {
 /* Between two samples, s; a clock that runs backwards is at rest. */
 #define ELAPSED_MAX LM_REAL(1e6)
 
-/* The time between two samples as effects take it; one that is not told, or nonsense, is `untold`.
- */
+/* The time between two samples for effects; an unknown or invalid one is `untold`. */
 static inline lm_real take_elapsed(lm_real told_s, lm_real untold_s) {
   if (!(told_s > 0)) {
     return untold_s;
@@ -104,7 +103,7 @@ static inline lm_real take_elapsed(lm_real told_s, lm_real untold_s) {
   return least(told_s, ELAPSED_MAX);
 }
 
-/* What drives the model: the torque, in the gap profile the commanded angle. */
+/* Input of the model: the torque, in the gap profile the commanded angle. */
 static inline lm_real model_input(const lm_conditions *at) {
 #if LM_PROFILE == LM_PROFILE_GAP
   return at->output_angle_rad;
@@ -114,7 +113,7 @@ static inline lm_real model_input(const lm_conditions *at) {
 }
 
 #if LM_EFFECTS_MAX > 0
-/* Where a step stands between the effects that change torque or bands and those that add angles. */
+/* State of a step between effects on torque or bands and effects on the angle. */
 typedef struct lm_progress {
   const lm_effect_use *use; /* the next effect */
   lm_real *own;             /* its memory */
@@ -137,7 +136,7 @@ uint32_t lm_advance_through_effects(const lm_parameters *parameters, lm_memory *
     at->field = judge_range(given->field, parameters->valid.field, usual, status); \
   }
 
-/* The moment as the effects at work see it before the operators have moved. */
+/* Conditions for the active effects before the operators move. */
 static inline void read_moment(lm_conditions *at, const lm_parameters *parameters,
                                const lm_conditions *given, lm_real input, lm_real elapsed_s,
                                uint32_t needs, uint32_t *status) {

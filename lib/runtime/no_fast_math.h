@@ -1,5 +1,5 @@
-/* Every source of the library refuses the compiler flags under which its results are not what its
- * headers promise. The public headers do not: a host's own sources keep their flags. */
+/* Every source of the library refuses compiler flags that change its results. The public headers do
+ * not, so that a host's sources may use any flags. */
 #ifndef LOSTMOTION_RUNTIME_NO_FAST_MATH_H
 #define LOSTMOTION_RUNTIME_NO_FAST_MATH_H
 

@@ -1,4 +1,4 @@
-/* The few operations on numbers that the whole runtime shares, without libm. */
+/* Operations on numbers for the whole runtime, without libm. */
 #ifndef LOSTMOTION_RUNTIME_NUMBER_H
 #define LOSTMOTION_RUNTIME_NUMBER_H
 
@@ -15,8 +15,8 @@
 #define WITHOUT_FPU 0
 #endif
 
-/* Sizes that a stated number may have. Values below count as zero: inverses and products of it
- * would leave float's range. */
+/* Limits of the magnitude of stated numbers. Smaller values count as zero: inverses and products of
+ * it would leave float's range. */
 #define SMALLEST LM_REAL(1e-9)
 #define LARGEST LM_REAL(1e9)
 

@@ -116,7 +116,7 @@ static lm_status check_numbers(const lm_parameters *parameters, lm_fault *fault)
     }
     before = value;
   }
-  /* A rounding's room, so that 1 / (16 period) itself passes. */
+  /* Tolerance of one rounding, so that 1 / (16 period) itself passes. */
   if (!(limits->response_per_s * limits->period_s <= LM_REAL(0.062501))) {
     return lm_refuse(fault, LM_OUT_OF_RANGE, "response_per_s", limits->response_per_s, 0,
                      LM_REAL(0.0625) / limits->period_s);
@@ -194,8 +194,8 @@ typedef struct reader {
   size_t end;
 } reader;
 
-/* Past the end it gives zeros and continues counting, so that `at` tells a form that is too short.
- */
+/* Past the end it returns zeros and continues counting, so that `at` shows a form that is too
+ * short. */
 static uint32_t read_word(reader *from) {
   uint32_t word = 0;
   if (from->at + 4 <= from->end) {

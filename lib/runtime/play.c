@@ -103,12 +103,12 @@ lm_real lm_find_envelope(const lm_play_bank *bank, lm_real torque_Nm) {
   return envelope_at(bank, torque_Nm);
 }
 
-/* True where a cached number is what it was made from, or what that is in another precision. */
+/* True if a cached number equals its source value, possibly in another precision. */
 static int agrees(lm_real cached, lm_real expected) {
   return absolute(cached - expected) <= LM_PLAY_SUM_TOLERANCE * expected;
 }
 
-/* What is cached or unused and not as lm_build_play_bank leaves it; null where all is. */
+/* Name of a cached or unused field that differs from lm_build_play_bank; null if none. */
 static const char *find_inconsistent(const lm_play_bank *bank, lm_real least_slope_rad_per_Nm) {
   lm_real rise = 1 + bank->envelope_Nm / bank->knee_Nm;
   lm_real outside_rad_per_Nm = sum_weights(bank->slot, 0, bank->outside_count);
@@ -167,7 +167,7 @@ lm_status lm_check_play_bank(const lm_play_bank *bank, lm_real least_slope_rad_p
   return status;
 }
 
-/* Half width of a band where the envelope stands. */
+/* Half width of a band at the envelope. */
 static lm_real radius_at(const lm_play_slot *slot, lm_real at_Nm) {
   return slot->radius_Nm + (slot->edge_slope[1] - 1) * absolute(at_Nm);
 }

@@ -1,4 +1,4 @@
-/* The two edges of a play's band. */
+/* The two edges of an operator's band. */
 #ifndef LOSTMOTION_RUNTIME_PLAY_EDGE_H
 #define LOSTMOTION_RUNTIME_PLAY_EDGE_H
 

@@ -1,4 +1,4 @@
-/* One step of the bank, for the hot path to take in without a call. */
+/* One step of the bank, inlined in the control loop functions. */
 #ifndef LOSTMOTION_RUNTIME_PLAY_KERNEL_H
 #define LOSTMOTION_RUNTIME_PLAY_KERNEL_H
 
@@ -45,7 +45,7 @@ typedef struct running_sum {
 } running_sum;
 #endif
 
-/* What the operators follow. Written so that every operation rises or falls with the torque in
+/* The envelope. Written so that every operation rises or falls with the torque in
  * floating point too (rounding is monotone): the envelope of a larger torque is never the smaller
  * one, therefore the edges below push as they do without it. */
 #if LM_ENVELOPE == 0

@@ -1,6 +1,6 @@
-/* Whole recordings: the bits of lm_step_model sample by sample, in less time. What is the same for
- * every sample is done once (columns that were not measured, bands that nothing widens), and each
- * effect runs over a block of samples before the next one does. */
+/* Whole recordings: bit-identical to lm_step_model sample by sample, but faster. Work common to all
+ * samples is done once (columns that were not measured, bands that nothing widens), and each effect
+ * runs over a block of samples before the next one does. */
 #include "lostmotion/model.h"
 
 #include <stddef.h>
@@ -8,7 +8,7 @@
 #include "runtime/model_kernel.h"
 #include "runtime/number.h"
 
-/* What drives the model at a sample. */
+/* Input of the model at a sample. */
 static inline lm_real input_of(const lm_parameters *parameters, const lm_real *column, int64_t k,
                                lm_real before) {
   return believe(column ? column[k] : 0, before, parameters->torque_limit_Nm);
@@ -28,12 +28,10 @@ void lm_run_model(const lm_parameters *parameters, lm_memory *memory, const lm_r
 
 #else
 
-/* Of the operators that the arrays hold, half are enough where no more are in use. */
+/* Half of the operators in the arrays are sufficient if no more are used. */
 #define FEW_PLAYS ((LM_PLAYS_MAX + 1) / 2)
 
-/* A settled memory lies within the bands, so both edges may push it, whatever the torque's
- * direction.
- */
+/* A settled memory is within the bands, so both edges may be applied for any torque direction. */
 static inline lm_real push_constant(const lm_play_slot *slot, lm_real *place_Nm, lm_real at_Nm) {
   lm_real z_Nm = greatest(*place_Nm, at_Nm - slot->radius_Nm);
   z_Nm = least(z_Nm, at_Nm + slot->radius_Nm);
@@ -89,10 +87,10 @@ static inline void run_plain(const lm_parameters *parameters, lm_memory *memory,
 
 #if LM_EFFECTS_MAX > 0
 
-/* Samples of a block: their conditions take 1.5 kB of stack in float. */
+/* Samples of a block; their conditions take 1.5 kB of stack in float. */
 #define BLOCK 32
 
-/* Where an effect keeps its memory. */
+/* Memory of an effect. */
 static lm_real *own_memory(lm_memory *memory, int32_t at) {
 #if LM_EFFECT_MEMORY_MAX > 0
   return &memory->effect[at];
@@ -118,7 +116,7 @@ static void start_block(block *b) {
   }
 }
 
-/* A column that is needed and was measured, or null; one that was not measured stays as nothing. */
+/* A needed and measured column, or null; unmeasured conditions stay zero. */
 static const lm_real *needed(uint32_t needs, uint32_t need, const lm_real *column, int64_t from) {
   return (needs & need) && column ? &column[from] : NULL;
 }
@@ -154,7 +152,7 @@ static void read_columns(block *b, const lm_parameters *parameters, uint32_t nee
   }
 }
 
-/* The torque that the operators get, sample by sample: one without meaning is the one before. */
+/* Input torque of the operators, sample by sample; an invalid one is replaced by the previous. */
 static void find_torques(const lm_parameters *parameters, int32_t count, lm_memory *memory,
                          block *b, const lm_real *column, int64_t from) {
   lm_real before_Nm = memory->plays.torque_Nm;
@@ -204,7 +202,7 @@ static inline void wind_up_block(const lm_parameters *parameters, lm_memory *mem
   }
 }
 
-/* Numbers that the effects before one keep in memory. */
+/* Memory of the effects before a given one. */
 static int32_t memory_before(const lm_parameters *parameters, int32_t end) {
   int32_t sum = 0;
   int32_t e;
@@ -214,7 +212,7 @@ static int32_t memory_before(const lm_parameters *parameters, int32_t end) {
   return sum;
 }
 
-/* How many effects are of a kind or of one before it: they come first. */
+/* Number of effects of a kind or an earlier one, which come first. */
 static int32_t effects_up_to(const lm_parameters *parameters, lm_effect_kind kind) {
   int32_t count = 0;
   while (count < parameters->effect_count && parameters->effect[count].effect->kind <= kind) {
@@ -305,7 +303,7 @@ void lm_run_model(const lm_parameters *parameters, lm_memory *memory, const lm_r
   } else {
     run_plain(parameters, memory, LM_PLAYS_MAX, recording, angle_rad);
   }
-  /* Slots that were left out have no width. */
+  /* Skipped slots have no width. */
   for (i = slots > 0 ? slots : LM_PLAYS_MAX; i < LM_PLAYS_MAX; ++i) {
     memory->plays.z_Nm[i] = envelope_at(&parameters->plays, memory->plays.torque_Nm);
   }

@@ -36,7 +36,7 @@ lm_real lm_estimate_torque(const lm_motor *motor, lm_real current_A, lm_real vel
   lm_real rotor_Nm = motor->torque_constant_Nm_per_A * current_A -
                      motor->rotor_inertia_kg_m2 * acceleration_rad_s2 - motor->coulomb_Nm * moving -
                      motor->viscous_Nm_s * velocity_rad_s;
-  /* 1 where the motor drives, -1 where it is driven, between them at standstill. */
+  /* 1 if the motor drives, -1 if it is driven, in between at standstill. */
   lm_real drives = rotor_Nm >= 0 ? moving : -moving;
   lm_real factor =
       drives >= 0 ? 1 - drives * (1 - motor->efficiency) : 1 - drives * (1 / motor->efficiency - 1);

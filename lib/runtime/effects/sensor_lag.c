@@ -4,10 +4,10 @@
 
 enum { LAG_S, VALUES };
 
-/* Memory: how far the lagging torque is behind, the torque before, and whether it has started. */
+/* Memory: difference of the lagging torque, previous torque, and whether it has started. */
 enum { BEHIND_NM, BEFORE_NM, STARTED, MEMORY };
 
-/* A lag below this is none. */
+/* Smaller lags are zero. */
 #define SHORTEST_S LM_REAL(1e-9)
 #define LONGEST_S LM_REAL(10)
 
