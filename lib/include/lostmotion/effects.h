@@ -45,8 +45,8 @@ LM_BEGIN_DECLS
 
 /* Present conditions, as far as the host knows them: the fields of condition_list.h, in its order.
  * Unknown ones stay LM_UNKNOWN, as in LM_CONDITIONS_UNKNOWN. The model replaces them (temperature
- * by the reference temperature, torque by the previous torque, others by zero) and sets
- * LM_STATE_CONDITION_MISSING if an active effect needs them. */
+ * by the reference temperature, torque by the previous torque, others by zero). It sets
+ * LM_STATE_CONDITION_MISSING for the torque, and for others if an active effect needs them. */
 #define LM_CONDITION_FIELD(field, ...) lm_real field;
 typedef struct lm_conditions {
   LM_CONDITION_LIST(LM_CONDITION_FIELD, LM_CONDITION_FIELD, LM_CONDITION_FIELD)
