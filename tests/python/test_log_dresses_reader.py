@@ -243,7 +243,7 @@ def test_a_dress_is_read_as_the_clean_copy(tmp_path: Path, clean: Campaign, dres
         ("a torn line at the end", "line 82 ('2,39.9,-3.7')"),
         ("NULs at the end", "line 82 ('NUL bytes')"),
         ("an open quote", "line 41"),
-        ("epoch in ms", "taken for ms since 1970: it begins at 2025-04-17T23:59:55 UTC"),
+        ("epoch in ms", "interpreted as ms since 1970: it begins at 2025-04-17T23:59:55 UTC"),
         ("times of day over midnight", "passes midnight"),
     ],
 )

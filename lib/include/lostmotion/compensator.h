@@ -73,8 +73,8 @@
  * One instance is one struct that the caller owns, a few hundred bytes at most; nothing is static.
  * Not reentrant for one instance: call its functions from one context, or block the tick meanwhile.
  * A slower task may call lm_bound_uncertainty and lm_save_compensator on a copy of the struct that
- * was made while the tick was blocked. If the former finds the memory known, declare that to the
- * original.
+ * was made while the tick was blocked. If lm_bound_uncertainty on the copy clears
+ * LM_STATE_MEMORY_UNKNOWN, call lm_declare_memory_known on the original.
  */
 #ifndef LOSTMOTION_COMPENSATOR_H
 #define LOSTMOTION_COMPENSATOR_H
@@ -277,7 +277,8 @@ typedef struct lm_saved {
   uint32_t crc;     /* of all before it */
 } lm_saved;
 
-/* Saves the history. What an instance that is not started saves, lm_restore_compensator refuses. */
+/* Saves the history. lm_restore_compensator refuses the history of an instance that was not
+ * started. */
 void lm_save_compensator(const lm_compensator *compensator, lm_saved *saved);
 
 /* Restores a saved history; the correction keeps its value and then moves within the limits. The

@@ -32,7 +32,7 @@ def reason(error: Exception) -> str:
 
 
 TEXT_BYTES_MAX = 1 << 24
-"""Size of a drive file or a search spec, at most: 16 MiB, chosen. The largest that a command
+"""Largest size of a drive file or a search spec: 16 MiB, chosen. The largest that a command
 writes, a fit with many effects and their covariance, has 0.1 MiB."""
 
 PIPE_BYTES_MAX = 1 << 28

@@ -72,10 +72,10 @@ COLUMNS = {
     "tilt_moment": "tilt_moment_Nm",
     "axial_force": "axial_force_N",
 }
-"""Quantities of a recording that are conditions as they stand."""
+"""Quantities of a recording that are used unchanged as conditions."""
 
 GAP_STEPS = 1.5
-"""A time step of this many usual ones or more lacks at least one tick."""
+"""A time step of at least this multiple of the usual one lacks ticks."""
 
 PERIOD_SLACK = 0.02
 """A log whose step differs by more than this share from the parameters' period is reported."""
@@ -461,9 +461,9 @@ NOT_A_NUMBER = {
     "torque_Nm": "the compensator keeps the previous torque",
     "time_s": "each counts as one period",
 }
-"""What is done in a tick without the number.
+"""Action in a tick without the number.
 
-Of other conditions the compensator decides in the same way.
+The compensator treats other conditions in the same way.
 """
 
 

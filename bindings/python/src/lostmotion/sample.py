@@ -70,7 +70,7 @@ BATCH_ROWS = 1 << 18
 """Rows of a Parquet file that are in memory at a time, for each worker."""
 
 TURN_SHARE = 0.02
-"""A turn of the torque counts when it goes back by this share of the largest torque."""
+"""A torque reversal counts if the torque goes back by this share of the largest torque."""
 
 TURN = 2 * np.pi
 

@@ -23,7 +23,7 @@ ORDER_MAX = 3
 """Polynomials of higher order extrapolate poorly when a run is left out."""
 
 TORQUE_WAVES = 48
-"""Periods of a ripple over the range of torque, finest."""
+"""Largest number of periods of a ripple over the range of torque."""
 
 ANGLE_ORDERS = (0.5, 1, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8, 10, 12)
 """Orders of a turn that are examined beside the first four."""

@@ -72,7 +72,7 @@ def run_diagnose(arguments: argparse.Namespace) -> None:
         )
     if arguments.save_evidence is not None:
         if result.selection is None:
-            found, expected = f"{result.details['samples']} readings", "evidence of a log, in runs"
+            found, expected = f"{result.details['samples']} readings", "a log with runs"
             raise InputError(arguments.data[0], "--save-evidence", found, expected)
         with one_thread():
             body = gather_body(result, effects_of(arguments), drive.ratio)

@@ -60,39 +60,43 @@ PLAYS_MAX: dict[Profile, int] = {
 
 
 TORQUE_LIMIT_SHARE = 2.0
-"""Torque limit over the rated torque: about the momentary peak that makers allow."""
+"""Torque limit relative to the rated torque: about the momentary peak that manufacturers permit."""
 
 
 CORRECTION_SHARE = 1.25
-"""Largest correction over the deflection at the torque limit."""
+"""Largest correction relative to the deflection at the torque limit."""
 
 
 RESPONSE_TICKS = 16
-"""Least ticks in the time in which the limiter works off a difference (parameters.h)."""
+"""Least time constant of the limiter, in ticks (parameters.h)."""
 
 
 RESONANCE_HZ = 25.0
-"""Lowest resonance of a joint with its load, where none is stated: that of a size 20 drive of
-25 kN m/rad with an arm of 1 kg m^2; joints of robots lie at 8 to 50 Hz."""
+"""Default of the lowest resonance of a joint with its load: a size 20 drive of 25 kN m/rad with an
+arm of 1 kg m^2; robot joints have 8 to 50 Hz.
+"""
 
 
 RESPONSE_PER_HZ = 2.5
-"""Response over the resonance, 1/s over Hz: 0.4 of the resonance's angular frequency. What the
-correction passes on of a measured torque then falls off from a quarter of the resonance on."""
+"""Response over the resonance, 1/s over Hz: 0.4 of the resonance's angular frequency. The response
+to a measured torque then falls off above a quarter of the resonance.
+"""
 
 
 RINGING_SHARE = 0.2
-"""A correction that swings faster than this share of the resonance rings: commanded motion does not
-reverse so often, a limit cycle sits at the resonance or, with friction, some way below."""
+"""A correction that oscillates faster than this share of the resonance rings: commanded motion does
+not reverse so often; a limit cycle is at the resonance or, with friction, somewhat below.
+"""
 
 
 NOISE_ACCELERATION_SHARE = 1 / 3
-"""Most that noise of the torque may make of the acceleration limit, rms: three times it is reached
-once in 400 samples."""
+"""Largest share of the acceleration limit for torque noise, rms: three times the rms occurs once in
+400 samples.
+"""
 
 
 CREEP_RAD_PER_S = 2.5e-4
-"""Fastest that a fade moves a standing axis: 0.25 mm/s at a lever of 1 m, 52 arcsec/s."""
+"""Largest speed at which a fade moves an axis at rest: 0.25 mm/s at a lever of 1 m, 52 arcsec/s."""
 
 
 CROSSING_S = 0.05
@@ -100,30 +104,33 @@ CROSSING_S = 0.05
 
 
 NOISE_RAD = 2 * ARCSEC
-"""Noise of an output encoder of 20 bits, where no fit has told it."""
+"""Default noise: that of a 20-bit output encoder."""
 
 
 DEAD_BAND_SHARE = 0.05
-"""Dead band of the gap profile over the gap: the correction has changed sides so soon after a
-reversal. Chosen in tests/plant/gap.c: no scenario is more than an arc second, the encoder's step,
-behind a constant width that turns round at once; wider bands begin their crossings later."""
+"""Dead band of the gap profile relative to the gap: motion after a reversal within which the
+correction crosses the gap. Chosen in tests/plant/gap.c: no scenario is more than an arc second, the
+encoder's step, worse than an immediate switch; wider bands cross later.
+"""
 
 
 MISFIT_SHARE = 0.04
-"""Error over the largest correction from which the watch reports that the model does not fit, and
-by which it has to do harm before it is faded out: about 8 % of the deflection at rated torque, as
-the largest correction is that of twice the torque and a quarter more. Chosen on simulated duty
-(tests/plant/duty.c): at 2 % the torque's noise about no load makes false alarms, at 5 % another
-drive's parameters are found later."""
+"""Error relative to the largest correction above which the watch reports a misfit, and above which
+a harmful correction is faded out: about 8 % of the deflection at rated torque, because the largest
+correction is 1.25 times that at twice the torque. Chosen on simulated duty (tests/plant/duty.c): at
+2 % torque noise near zero load causes false alarms, at 5 % parameters of another drive are detected
+later.
+"""
 
 
 PLAYS_SHARE_MAX = 0.9
-"""Most that the operators of a sheet take of the least compliance: where they take all of it, the
-drive would not yield at all after a reversal."""
+"""Largest share of the least compliance for the operators of a data sheet: with all of it, the
+drive would be rigid after a reversal.
+"""
 
 
 FLANK_WIDENINGS = (0.1, 0.2, 0.4)
-"""Widening of the operators that make the loop of flank friction, which grows with the torque."""
+"""Widening of the operators for the loop of flank friction, which grows with the torque."""
 
 
 SETTINGS = (

@@ -32,7 +32,7 @@ from lostmotion.fit.hysteresis import PLAY_RANGE, PLAYS
 from lostmotion.fit.segmented_curve import KNOT_RANGE, KNOTS
 
 TORQUE_WAVES = 32
-"""Periods of a ripple over twice the rated torque, finest."""
+"""Largest number of periods of a ripple over twice the rated torque."""
 
 UNITS = {
     "temperature": (20.0, 25.0),

@@ -18,17 +18,18 @@ FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
 
 SHARE_MAX = 0.25
-"""Largest share of a run: the quartiles of the readings, from which the range is taken, hold it."""
+"""Largest share of a run for which the quartiles, which define the range, are robust."""
 
 RANGES = 2.0
-"""Ranges between the quartiles, on either side of them, that a shaft reaches: one that turns
-steadily through the run reaches half of one."""
+"""Multiples of the interquartile range, on either side, that a shaft can reach: steady rotation
+through the run reaches half of it.
+"""
 
 FOLLOWED = 0.5
-"""Share of a move that the other shaft shows where the drive really moved."""
+"""Share of a motion that the other shaft must show for a real motion."""
 
 WHOLE = 0.02
-"""How near, in shares of it, a move is to what an encoder loses where it begins anew."""
+"""Relative tolerance for a jump to equal an encoder modulus."""
 
 
 def astray(

@@ -20,14 +20,15 @@ REPEATED = ("torque", "input_angle", "output_angle", "lost_motion")
 """Channels that move together."""
 
 REGULAR_SHARE = 0.8
-"""Least share of the stretches without a new value that have the usual length, or one sample more
-or less, where a clock makes them; those of coarse counts are as long as the motion is slow."""
+"""Least share of the sections without a new value that have the usual length, within one sample, if
+a clock causes them; those of coarse counts vary with the speed.
+"""
 
 SPREAD = 2.0
 """Least ratio of the usual step between two values to the tenth smallest: counts are all equal."""
 
 STRETCHES_LEAST = 10
-"""Fewest stretches of a run that tell a clock."""
+"""Least number of sections of a run that identify a clock."""
 
 LAG_SHARE = 0.95
 """Least share of the lost motion that the speed explains ..."""

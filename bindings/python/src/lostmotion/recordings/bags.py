@@ -32,29 +32,30 @@ FloatArray = npt.NDArray[np.float64]
 NanosecondArray = npt.NDArray[np.int64]
 
 METADATA = "metadata.yaml"
-"""What makes a folder a bag."""
+"""File that marks a folder as a bag."""
 
 STORAGES = (".mcap", ".db3")
 """File names of a bag's storages."""
 
 PACKED = ".zstd"
-"""What follows the name of a storage that is compressed as a whole."""
+"""Suffixes of compressed storages."""
 
 MESSAGE_MODE = re.compile(rb"^\s*compression_mode:\s*[\"']?message\b", re.MULTILINE | re.IGNORECASE)
-"""Line of the metadata by which every message is compressed by itself."""
+"""Line of the metadata for compression of single messages."""
 
 METADATA_MAX = 1 << 20
-"""Bytes of the metadata that are examined: a bag of a thousand topics has as many."""
+"""Bytes of the metadata that are examined, sufficient for a thousand topics."""
 
 MESSAGES_LEAST = 500_000
-"""Messages up to which no bag is refused."""
+"""Number of messages up to which no bag is refused."""
 
 MESSAGE_BYTES = 8
-"""Bytes on disk for each message beyond that: one that holds a number from a sensor beside its time
-has as many, however it is compressed."""
+"""Bytes on disk per message beyond that: a compressed message with a time and one sensor value has
+at least as many.
+"""
 
 LABELLED_MAX = 1024
-"""Names at most beside an array of numbers."""
+"""Largest number of names for an array of numbers."""
 
 IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
 """A name in a definition of messages, of which `rosbags` makes Python code."""
@@ -86,7 +87,7 @@ SUPPLIED = {
         "control_msgs/InterfaceValue[] interface_values\n"
     ),
 }
-"""Definitions of messages that `rosbags` has not, and that older storages do not hold."""
+"""Message definitions that neither `rosbags` nor older storages contain."""
 
 
 @dataclass(frozen=True)

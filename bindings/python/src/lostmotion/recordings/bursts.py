@@ -16,46 +16,47 @@ FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
 
 BURST = 5
-"""Longest burst of wild samples."""
+"""Longest burst of outliers."""
 
 BURST_AT_END = 3
-"""The same at the first and last sample of a run, where only one side shows it."""
+"""The same at the first and last sample of a run, where only one side is known."""
 
 BESIDE = 3
-"""Steps on either side of a burst to which it is compared."""
+"""Steps on either side of a burst for comparison."""
 
 TIMES_BESIDE = 4.0
-"""A burst stands out by this many times the largest step beside it. White noise has one of seven
-steps that large once in 1e6 samples, and then it is no more than 6 deviations ..."""
+"""Least size of a burst relative to the largest adjacent step. White noise reaches it once in 1e6
+samples, and then it is below 6 standard deviations ...
+"""
 
 DEVIATIONS = 6.0
-"""... so it also stands out by this many standard deviations of the steps of its run."""
+"""... so a burst must also exceed this number of standard deviations of the steps of its run."""
 
 TIMES_AT_END = 1.0
-"""At an end it also exceeds the range of its run so many times."""
+"""At an end of a run it must also exceed this multiple of the range of the run."""
 
 NOISE_REACH = 16
-"""Samples on either side from which the noise about a sample is taken."""
+"""Samples on either side for the local noise."""
 
 NOISE_ORDER = 8
 """Highest difference that is tried: of 8 samples a loop a hundredth remains."""
 
 SHARE_MAX = 0.05
-"""More samples of a run than this share, and more than `COUNT_FREE`, are what the channel does."""
+"""Larger shares of a run, above `COUNT_FREE` samples, are normal behaviour of the channel."""
 
 COUNT_FREE = 3
 
 ROUNDS = 6
-"""Times that a run is searched anew without what was found: bursts hide each other."""
+"""Repeated searches of a run without the bursts found, because bursts hide each other."""
 
 MARKED_SHARE = 0.25
-"""Largest share of the samples that a device may have written a marker in the place of."""
+"""Largest share of samples replaced by a marker."""
 
 MARKERS_TRIED = 8
-"""Values that are tried, those first that stand alone most often."""
+"""Number of candidate values, those that occur alone most often first."""
 
 MARKERS_LEAST = 3
-"""Fewest moments at which a marker stands: two equal wild values may be a coincidence."""
+"""Least number of occurrences of a marker: two equal outliers may be a coincidence."""
 
 CONSTANT_SHARE = 0.1
 """A channel that has one value leaves it by this share of it at least: sensors of few steps."""

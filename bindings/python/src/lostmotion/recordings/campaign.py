@@ -19,13 +19,13 @@ from lostmotion.recordings.quantities import QUANTITIES
 FloatArray = npt.NDArray[np.float64]
 
 STILL_RAD = 1e-12
-"""Lost motion that moves by no more than this is what rounding leaves of a constant."""
+"""Smaller variations of the lost motion are rounding of a constant."""
 
 SESSIONS_MAX = 24
-"""Sessions that have a friction memory of their own; each costs a fit eight numbers."""
+"""Largest number of sessions with their own friction state; each adds eight values to a fit."""
 
 FINGERPRINT_DIGITS = 10
-"""Decimals of a lost motion in rad, below any encoder, that tell a run from others."""
+"""Decimals of the lost motion in rad for fingerprints, below any encoder resolution."""
 
 
 @dataclass(frozen=True)

@@ -16,11 +16,11 @@ MISSING = (
     "overrange", "underrange", "over range", "bad", "invalid", "error", "err", "fault", "no data",
     "nodata", "open", "#########",
 )  # fmt: skip
-"""What is in place of a number that there is none, in small letters: spreadsheets, C runtimes,
+"""Marks of a missing number, in lower case: spreadsheets, C runtimes,
 instruments out of range, databases."""
 
 GROUPS = " '’\u00a0\u202f\u2009_"
-"""Signs that separate thousands and nothing else: blanks of all kinds, apostrophes, underscores."""
+"""Characters that only separate thousands: blanks of all kinds, apostrophes, underscores."""
 
 NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eEdD][+-]?[0-9]+)?"
 """A number with a decimal point or none."""
@@ -40,7 +40,7 @@ STAMP = rf"(?:{DATE})(?:[T ,]+{CLOCK}|T[0-9]{{6}}(?:[.,][0-9]*)?Z?)?|{CLOCK}"
 """A date, a time of day, or both."""
 
 MEASURED = re.compile(rf"(?:{NUMBER}|{COMMA_NUMBER})\s*([^\s0-9.,;:+-][^\s0-9;:]{{0,9}})")
-"""A number and what is behind it."""
+"""A number and the text after it."""
 
 VALUE = re.compile(rf"{NUMBER}|{COMMA_NUMBER}|{GROUPED}|{STAMP}")
 

@@ -26,16 +26,16 @@ NS = 1_000_000_000
 DAY_NS = 86_400 * NS
 
 EPOCH_S = 1e8
-"""Three years: a clock that begins above it counts from an epoch, and not from its start."""
+"""Three years: a clock that starts above this counts from an epoch, not from its own start."""
 
 EPOCH_RANGE_S = (946_684_800.0, 4_102_444_800.0)
-"""From 2000 to 2100, seconds since 1970: the dates that a recording can have."""
+"""From 2000 to 2100, seconds since 1970: possible dates of a recording."""
 
 STEP_RANGE_S = (1e-6, 600.0)
-"""Usual steps of a recording: from a megahertz to the points of a test by hand."""
+"""Possible steps of a recording: from 1 MHz to the readings of a manual test."""
 
 UNITS_NS = {"s": NS, "ms": 1_000_000, "us": 1_000, "ns": 1}
-"""Nanoseconds in the units that clocks count in."""
+"""Nanoseconds per clock unit."""
 
 TIME_OF_DAY = (
     r"(?:(?P<days>[0-9]+) days? )?(?P<h>[0-9]{1,2}):(?P<min>[0-9]{2})(?::(?P<s>[0-9]{2}))?"
@@ -51,7 +51,7 @@ DAYS = {
 """Orders in which dates are written."""
 
 BASIC = r"(?P<h>[0-9]{2})(?P<min>[0-9]{2})(?P<s>[0-9]{2})(?:[.,](?P<frac>[0-9]{1,12}))?"
-"""Time of day in digits alone, behind a date and a T."""
+"""Time of day in digits only, after a date and a T."""
 
 
 def as_texts(column: Any) -> Any:
@@ -243,11 +243,11 @@ def epoch_unit(file: str, column: str, values: FloatArray) -> tuple[str, Finding
             if name == unit or STEP_RANGE_S[0] <= step * ns / NS <= STEP_RANGE_S[1]
         ]
         expected = f"the unit by --map {column}=time_s, time_ms, time_us or time_ns"
-        found = f"no unit, and numbers from {known[0]:.15g} that can be {' or '.join(others)}"
+        found = f"no unit, and numbers from {known[0]:.15g} that fit {' or '.join(others)}"
         raise InputError(file, column, found, expected)
     date = np.datetime64(int(known[0] * UNITS_NS[unit] / NS), "s")
     action = (
-        f"no unit; taken for {unit} since 1970: it begins at {date} UTC in steps of "
-        f"{step * UNITS_NS[unit] / NS:.3g} s, and in no other unit at a date of this century"
+        f"no unit; interpreted as {unit} since 1970: it begins at {date} UTC in steps of "
+        f"{step * UNITS_NS[unit] / NS:.3g} s; no other unit gives a date in this century"
     )
     return unit, Finding("clock", file, column, None, int(known.size), action)

@@ -32,11 +32,12 @@ SLASHED = re.compile(r"(.+?)\s*/\s*([^/0-9]+)")
 """A name over its unit, as ISO 80000-1 labels columns."""
 
 DIVIDED = re.compile(r"(.+)/(\d+(?:\.\d*)?(?:[eE][+-]?\d+)?)(?:%(\d+))?")
-"""A name whose numbers are so many to the unit, as the counts of an encoder, and after how many
-counts they begin anew."""
+"""A name with the number of counts per unit, for example of an encoder, and the counts until
+overflow.
+"""
 
 COUNTS = frozenset(("count", "counts", "cnt", "cnts", "tick", "ticks", "inc", "increments", "lsb"))
-"""What encoders count in; how many make a turn no name says."""
+"""Count units of encoders; names do not state the counts per turn."""
 
 STAMPS = frozenset(
     [
@@ -56,7 +57,7 @@ STAMPS = frozenset(
         "t_stamp",
     ]
 )
-"""Names of clocks, in small letters with underscores; a column named ``time`` goes before them."""
+"""Names of clocks, in lower case with underscores; a column named ``time`` takes precedence."""
 
 SECONDS = frozenset(["sec", "secs", "second", "seconds", "s"])
 FRACTIONS = {
@@ -67,10 +68,10 @@ FRACTIONS = {
         ["usec", "usecs", "microsec", "microsecs", "microsecond", "microseconds", "us"], "us"
     ),
 }
-"""Ends of the names of two columns that make one clock, as in stamps of ROS."""
+"""Suffixes of the names of two columns that form one clock, as in ROS stamps."""
 
 TEXT_STAMP = frozenset(("iso", "date", "utc", "stamp"))
-"""What a map may say in place of a unit where the stamps are dates or times of day."""
+"""Entry of a map instead of a unit if the stamps are dates or times of day."""
 
 
 @dataclass(frozen=True)
@@ -80,16 +81,16 @@ class ColumnName:
     quantity: Quantity
     unit: units.Unit | None
     factor: float = 1.0
-    """What the numbers are multiplied by before the unit is converted."""
+    """Factor on the numbers before the unit is converted."""
 
     overflow: float | None = None
-    """After how many counts the numbers begin anew, where a map says so."""
+    """Counts until overflow, if a map states them."""
 
     index: int = -1
     """Number of the column in its table."""
 
     behind: str = ""
-    """Unit that is behind every number of the column."""
+    """Unit after every number of the column."""
 
     fraction: tuple[int, str] | None = None
     """Column of the fractions of a second of a clock in two columns, and their unit."""
@@ -329,7 +330,7 @@ def refuse_two_units(file: str, column: str, name: ColumnName, beside: str) -> N
 
 
 NEEDED = ("run", "time", "torque", "input_angle", "output_angle", "lost_motion")
-"""Quantities that are read whatever their cells hold; others are not used where they hold text."""
+"""Quantities that are always read; others are not used if they contain text."""
 
 
 def holds_text(cells: Sequence[str]) -> bool:

@@ -8,15 +8,16 @@ from pathlib import Path
 from lostmotion.errors import InputError
 
 GZIP = b"\x1f\x8b"
-"""What a gzip begins with."""
+"""First bytes of a gzip file."""
 
 INFLATED_LEAST = 1 << 25
 """Bytes up to which nothing compressed is refused, however small: 32 MiB, as text about half a
 million rows."""
 
 INFLATION_MAX = 16
-"""How many times its size it may hold beyond that. Numbers from sensors shrink to a fifth or a
-tenth; zeros to a thousandth."""
+"""Largest ratio of content to size beyond that. Sensor data compress to a fifth or a tenth; zeros
+to a thousandth.
+"""
 
 STEP = 1 << 20
 """Bytes that are inflated at a time."""

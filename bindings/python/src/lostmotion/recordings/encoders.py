@@ -29,24 +29,25 @@ IntArray = npt.NDArray[np.intp]
 TURN = 2 * np.pi
 
 WRAP_SLACK = 0.25
-"""How far from a whole modulus, in moduli, a jump may be: halfway to where two are equally near."""
+"""Tolerance of a jump relative to a whole modulus: half the distance at which two are equally near.
+"""
 
 FOLLOWED_SLACK = WRAP_SLACK / 4
-"""The same for the median of many jumps: a wrong ratio, or another shaft, is further off."""
+"""The same for the median of many jumps: a wrong ratio, or another shaft, has a larger error."""
 
 ALIKE = 0.01
 """Difference of the way of the lost motion, in what a turn of the input makes of it, up to which
 two repairs are equal. A ratio of 50.02 and a turn of the output differ by 0.02, noise by less."""
 
 STILL = 1 / 16
-"""Step of the input in moduli, beyond that of its neighbours, from which it has moved by itself."""
+"""Step of the input in moduli, beyond that of its neighbours, above which it has really moved."""
 
 SLIP_TURNS = 2
 """A mesh ratchets by a few teeth, and two teeth are about one turn of the input: up to so many
 turns, a jump of the output while the input is at rest may be either."""
 
 STRAY_SHARE = 0.005
-"""Share of the readings that may lie outside the range of an encoder that wraps: wild samples."""
+"""Largest share of outliers outside the range of an encoder that wraps."""
 
 BURST = 5
 """Longest burst of wild samples."""
@@ -55,7 +56,7 @@ COUNTER_BITS = (8, 16, 24, 32)
 """Widths of the registers that counters have."""
 
 LEVELS_LEAST = 8
-"""Fewest different readings that tell the count of an encoder."""
+"""Least number of different readings that identify the resolution of an encoder."""
 
 COUNTS_REACH = (1, 2, 4, 8, 16, 32)
 """Differences of so many counts refine the count, the small ones first."""
@@ -70,14 +71,14 @@ OPEN_ACTION = (
     "steps above a quarter turn, kept; whole turns may be missing that neither the ratio "
     "nor the other encoder reveals"
 )
-"""What is done about an encoder that turns too fast for its samples."""
+"""Report text for an encoder that turns too fast for its sampling."""
 
 UNDECIDED_ACTION = (
     "jumps of the lost motion, kept: the input made whole turns between two samples, teeth "
     "slipped, or a zero shifted; if the drive turned, record these moves or give each part "
     "its own label in the column run"
 )
-"""What is stated of jumps that have two readings."""
+"""Report text for ambiguous jumps."""
 
 
 @dataclass(frozen=True)
@@ -114,9 +115,9 @@ class PutBack:
     input_rad: FloatArray
     output_rad: FloatArray
     wraps: dict[str, tuple[int, str]] = field(default_factory=dict)
-    """Number of jumps and what was done, by quantity."""
+    """Number of jumps and the action, by quantity."""
     undecided: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.intp))
-    """Rows at which the lost motion still jumps, for a reason that stays open."""
+    """Rows with undecided jumps of the lost motion."""
 
 
 def count_rad(angle_rad: FloatArray) -> float | None:

@@ -17,7 +17,7 @@ MARKS = (
 """Byte order marks; that of UTF-32 begins with that of UTF-16 and goes first."""
 
 LOOKED_AT = 4096
-"""Bytes at the beginning that tell UTF-16 without a mark; even, so that pairs stay whole."""
+"""Bytes at the beginning that identify UTF-16 without a mark; even, so that pairs are complete."""
 
 NUL_SHARE = 0.7
 """Share of one byte of every pair that is NUL where text of mostly ASCII is UTF-16."""
@@ -33,7 +33,7 @@ OTHER_KINDS = (
     (b"\x93NUMPY", "a NumPy file", "the table saved as CSV"),
     (b"%PDF", "a PDF", "the table saved as CSV"),
 )
-"""What other kinds of files begin with, and what helps."""
+"""First bytes of other kinds of files, and the remedy."""
 
 
 def encoding_of(raw: bytes) -> tuple[str, int]:

@@ -6,19 +6,19 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 UNUSED = "not used"
-"""What is done about a column that names nothing known."""
+"""Action for a column with an unknown name."""
 
 DOUBTFUL = ("ratio", "scale", "sign", "stuck", "jump", "repeats", "lag")
-"""Kinds that make the numbers of an answer doubtful."""
+"""Kinds that make results doubtful."""
 
 COLUMNS_LISTED = 50
-"""More columns that are not used than this are not listed one by one."""
+"""Largest number of unused columns that are listed."""
 
 RUNS_LISTED = 8
-"""More runs than this are not listed one by one."""
+"""Largest number of runs that are listed."""
 
 MOMENTS_LISTED = 3
-"""More moments of one run than this are not listed one by one."""
+"""Largest number of times of one run that are listed."""
 
 
 @dataclass(frozen=True)

@@ -21,11 +21,12 @@ BoolArray = npt.NDArray[np.bool_]
 IntArray = npt.NDArray[np.intp]
 
 FROZEN_LEAST = 8
-"""Fewest readings of a frozen stretch; a shorter one is judged as a burst."""
+"""Least number of readings of a frozen section; a shorter one is treated as a burst."""
 
 CHANCE = 1e-6
-"""Probability, by the share of repeated readings elsewhere in the run, below which a stretch of
-repeated readings is none by chance."""
+"""Probability, from the share of repeated readings elsewhere in the run, below which a section of
+repeated readings is not due to chance.
+"""
 
 OTHER_SWING = 0.25
 """Share of its range by which the other channel must move meanwhile."""
@@ -34,16 +35,16 @@ NO_JUMP_SWING = 0.5
 """The same where the reading does not jump: more than a drive creeps under a load that is held."""
 
 RANGE = (0.01, 0.99)
-"""Quantiles between which the range of a channel is taken, whatever a few wild samples are."""
+"""Quantiles that define the range of a channel, robust against outliers."""
 
 TURN_LEAST_RAD = 0.2
-"""Turn of the output that no drive takes up as wind-up: there the input must turn with it."""
+"""Rotation of the output beyond any wind-up, so that the input must turn with it."""
 
 JUMP = 4.0
-"""The step that ends a frozen stretch exceeds the largest of the steps beside it so many times."""
+"""Least ratio of the step that ends a frozen section to the largest adjacent step."""
 
 BESIDE = 10
-"""Steps on either side of a stretch to which the step at its end is compared."""
+"""Steps on either side of a section for comparison with the step at its end."""
 
 
 def frozen_rows(columns: Mapping[str, FloatArray], ratio: float | None) -> dict[str, BoolArray]:

@@ -30,24 +30,24 @@ FloatArray = npt.NDArray[np.float64]
 Curve = Callable[[FloatArray], FloatArray]
 
 SIZE_FACTOR = 3.0
-"""Drives yield by up to so many times their sheet, or as little: run in, printed, preloaded."""
+"""Largest ratio of a drive's compliance to its data sheet, either way: worn, printed, preloaded."""
 
 UNIT_FACTOR = 30.0
-"""A drive file that is a guess may be wrong by ten; by more than this it is another unit."""
+"""An estimated drive file may be wrong by a factor of ten; larger factors indicate a wrong unit."""
 
 LOADS = (0.02, 6.0)
-"""Largest torque of a campaign over the rated one: a mesh ratchets at some five times."""
+"""Largest torque of a campaign relative to the rated one: a mesh ratchets at about five times."""
 
 RATIO_TOLERANCE = 5e-3
 """Share by which the turns of two encoders may be off the ratio, kinematic error included."""
 
 RATIO_TIMES = 5.0
-"""A wrong ratio makes a lost motion so many times as large as that of the drive file."""
+"""Factor on the lost motion above which the ratio is wrong."""
 
 ANGLES = ("rad", "mrad", "deg", "arcmin", "arcsec", "rev")
 TORQUES = ("Nm", "mNm", "Nmm", "Ncm", "kNm", "lbfin", "lbfft", "kgfm")
 STIFFNESSES = ("Nm_per_rad", "Nm_per_deg", "Nm_per_arcmin", "Nmm_per_rad")
-"""Units that are taken for each other."""
+"""Units that are often confused."""
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ NanosecondArray = npt.NDArray[np.int64]
 Join = Literal["nearest", "linear"]
 
 JOINS: tuple[Join, ...] = ("nearest", "linear")
-"""How columns can be joined."""
+"""Methods of joining columns."""
 
 
 NANO = 1e-9

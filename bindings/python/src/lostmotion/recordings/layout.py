@@ -25,7 +25,7 @@ COLUMNS_MAX = 16_384
 """Columns of a table at most: as many as the widest sheets of spreadsheets have."""
 
 LOOKED_AT = (64, 4096)
-"""Lines that are examined first, and where no table begins among them."""
+"""Numbers of lines that are examined first, and if no table begins in them."""
 
 BLANK_SHARE = 4
 """How many lines are taken for every one that is examined: some are blank."""
@@ -37,10 +37,10 @@ LOOKED_AT_BYTES = 1 << 16
 """Length after which no more lines are examined than `LEAST_LINES`."""
 
 AGREEING = 6
-"""Rows after which a table has begun without doubt: a preamble does not continue like that."""
+"""Number of consistent rows that identify a table."""
 
 COMMENT = re.compile(r"\s*(?:#+|%+|//+|;+|'|!+|\*+|--+|REM\b)\s*")
-"""Signs before lines that are no rows; one of them may be the header."""
+"""Comment characters; a comment line may be the header."""
 
 TYPES = frozenset(
     [

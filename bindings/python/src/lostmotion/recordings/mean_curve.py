@@ -16,14 +16,15 @@ BINS = 24
 """Intervals of the torque, equally wide, in which the mean curve is the median."""
 
 PULSES = 0.1
-"""A torque that is nearly always within so small a part of its range is held, but for pulses that
-are then part of the plan."""
+"""If the torque is nearly always within this small part of its range, it is held, with planned
+pulses.
+"""
 
 BIN_SAMPLES = 5
-"""Fewest samples of an interval: a median of two wild ones would be wild."""
+"""Least number of samples of an interval for a robust median."""
 
 PASSES = 3
-"""Times that the curve and the zeros of the runs are taken in turn."""
+"""Number of alternating estimates of the curve and the zeros of the runs."""
 
 
 class MeanCurve:

@@ -27,8 +27,9 @@ AGREEING_MIN = 2
 """Cells that must agree on what a mark means: a damaged number alone looks like another format."""
 
 TEXT_SHARE = 0.1
-"""Share of a column that may be text and is set aside. Chosen: words of a sensor that fails are
-few; where every tenth cell is one, the column holds something else than numbers."""
+"""Largest share of text in a column that is set aside. Chosen: messages of a failing sensor are
+few; if every tenth cell is text, the column does not contain numbers.
+"""
 
 JUMP_RATIO = 2.0
 """How many times larger the largest step of the wrong reading is at least. At 999 to 1.000 it jumps
@@ -165,7 +166,7 @@ class NumberStyle:
     mark: str
     grouped: bool
     told: str = ""
-    """What decided, where a mark could have meant the other thing."""
+    """Evidence that decided an ambiguous mark."""
 
 
 def largest_jump(values: FloatArray) -> float:

@@ -14,11 +14,12 @@ VALUE_BYTES = 8
 """Bytes of a number in memory."""
 
 INFLATED_LEAST = 1 << 27
-"""Numbers in bytes, 128 MiB, up to which no Parquet file is refused, however small it is."""
+"""Content in bytes, 128 MiB, up to which no Parquet file is refused."""
 
 INFLATION_MAX = 32
-"""How many times its size a Parquet file may hold beyond that: columns that never change cost
-nothing there, and others not less than a byte for a number of eight."""
+"""Largest ratio of content to size beyond that: constant columns take no space, others at least one
+byte for a number of eight.
+"""
 
 
 def is_parquet(file: Path) -> bool:

@@ -29,7 +29,7 @@ FloatArray = npt.NDArray[np.float64]
 Side = Literal["output", "input"]
 
 SIDES: tuple[Side, ...] = ("output", "input")
-"""What can be locked."""
+"""Sides that can be locked."""
 
 MOTOR_SIDE = ("motor_torque", "motor_current")
 """Quantities of the motor, which only a locked output turns into the torque on the output."""
@@ -38,28 +38,28 @@ ORDER = "order"
 """A running number in place of time stamps."""
 
 REPLACED = (*MOTOR_SIDE, ORDER)
-"""Quantities that stand for others and are in no campaign themselves."""
+"""Substitute quantities, which a campaign does not contain."""
 
 MOTOR_ACTION = (
     "the torque is that of the motor times the ratio: it includes friction and cogging of "
     "the motor and losses of the gear, so the hysteresis is that of both"
 )
-"""What a torque contains that was measured at the motor of a locked output."""
+"""Report text for a torque measured at the motor with a locked output."""
 
 INPUT_ACTION = (
     "the input is assumed locked and was not measured: the compliance of its lock is part "
     "of the lost motion"
 )
-"""What a lost motion contains whose input angle was not measured."""
+"""Report text for a lost motion without a measured input angle."""
 
 OUTPUT_ACTION = (
     "the output is assumed locked and was not measured: the compliance of its lock is part "
     "of the lost motion"
 )
-"""What a lost motion contains whose output angle was not measured."""
+"""Report text for a lost motion without a measured output angle."""
 
 ORDER_ACTION = "no time stamps: rows in the given order; effects of time and speed are not testable"
-"""What a running number in place of a clock costs."""
+"""Report text for a running number instead of a clock."""
 
 
 @dataclass(frozen=True)

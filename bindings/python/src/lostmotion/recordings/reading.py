@@ -78,7 +78,7 @@ LEADING = {"torque", "input_angle", "output_angle", "lost_motion", "motor_torque
 """Quantities of which the slowest gives the rows of joined columns."""
 
 MISSING_ACTION = "only other runs have the column; not used"
-"""What is done about a quantity that some runs have."""
+"""Action for a quantity that only some runs have."""
 
 COPY_ROWS_LEAST = 50
 """Samples from which a run that repeats another in every digit is a copy. Chosen: a test by hand
@@ -89,7 +89,7 @@ SINGLE_ACTION = "a run of one sample, left out: it contains no motion"
 NEWEST_ACTION = "rows in order of decreasing time; order reversed"
 
 STEPS_BACK_LEAST = 10
-"""Fewest steps of a clock that tell its direction."""
+"""Least number of clock steps that identify its direction."""
 
 WHOLE_MAX = 2.0**53
 """Below this a float holds every integer, and a run label that is a whole number stays one."""

@@ -14,10 +14,11 @@ from lostmotion.recordings.findings import Finding
 FloatArray = npt.NDArray[np.float64]
 
 SCALE_DOUBT = 10.0
-"""A drive that yields this many times more, or less, than its file says is another drive."""
+"""Factor between measured and predicted lost motion, either way, that indicates a different drive.
+"""
 
 SCALE_SHARE = 0.5
-"""Least share of the lost motion that its own curve must explain, for its scale to say anything."""
+"""Least share of the lost motion that its own curve must explain for a meaningful scale."""
 
 TINY = float(np.finfo(np.float64).tiny)
 """Below it a ratio of two sums says nothing more."""
@@ -28,7 +29,7 @@ MISTAKEN = (
     (math.pi / 648_000, "arc seconds taken for radians"),
     (1e-3, "N mm taken for N m, or mrad for rad"),
 )
-"""Units that are mistaken for others: their size in what they are taken for."""
+"""Units that are often confused: their size in the assumed unit."""
 
 
 def check_scale(campaign: Campaign, expected: Callable[[FloatArray], FloatArray]) -> None:

@@ -32,23 +32,23 @@ from lostmotion.recordings.quantities import QUANTITIES
 FloatArray = npt.NDArray[np.float64]
 
 STUCK_SAMPLES = 50
-"""Shortest stretch of identical values that can be called stuck."""
+"""Shortest section of identical values that counts as stuck."""
 
 STUCK_SWING = 0.25
 """Share of its own range by which the other channel must move meanwhile."""
 
 STUCK_TURN_RAD = 0.2
-"""Turn of the output that no drive takes up as wind-up: both encoders must see it."""
+"""Rotation of the output beyond any wind-up, which both encoders must show."""
 
 FROZEN_MAX = 0.5
-"""Largest share of a run that a sensor may have been frozen; of more the run is not judged."""
+"""Largest share of a run with frozen readings; with more the run is not examined."""
 
 FROZEN_ACTION = "constant reading while the drive moved; rows left out"
 
 ASTRAY_ACTION = "outliers; rows left out"
 
 LOAD_JUMP = 0.25
-"""Share of the range of the torque from which a step of it is a jump of the load."""
+"""Share of the torque range above which a step is a load jump."""
 
 GAP_FACTOR = 10.0
 """A time step this many times the usual one is a gap in the recording, or in one of its columns."""
@@ -66,7 +66,7 @@ EARLY_SHARE = 0.5
 than to one."""
 
 BACKWARD_ACTION = "kept in file order; if another recording begins there, mark it in a column run"
-"""What is done about time that goes back, and what it usually is."""
+"""Action for decreasing time, and its usual cause."""
 
 STEP_LEAST_S = 1e-9
 """Least usual time step of a recording."""
@@ -311,7 +311,7 @@ def longest_stuck(values: FloatArray, other: FloatArray, swing: float | None = N
 
 
 RATIO_DOUBT_RAD = 5e-3
-"""Lost motion of 17 arcmin that grows with the output's turn is another ratio."""
+"""Lost motion proportional to the rotation, 17 arcmin, above which the ratio is wrong."""
 
 
 def check_ratio(campaign: Campaign, ratio: float | None) -> None:

@@ -27,7 +27,7 @@ from lostmotion.recordings.separators import Separator
 from lostmotion.recordings.tables import CELLS_SHOWN, Header, Rows
 
 HEAD_BYTES = 1 << 20
-"""Beginning of a text in which its table has begun."""
+"""Size of the beginning of a text in which its table must start."""
 
 LINES_SHARE = 0.5
 """Share of lines that may not fit: where most do not, the layout is not what was found."""
@@ -36,7 +36,7 @@ BLOCK_BYTES = 1 << 20
 """Text that Arrow reads at a time, at least; a line must fit."""
 
 WRAPPED_LINES = 8
-"""Lines at the beginning that tell whether something stands round every line."""
+"""Lines at the beginning that show whether every line is wrapped."""
 
 QUOTED_LINE = re.compile(rb'"(?:[^"]|"")*[,;\t|](?:[^"]|"")*"')
 """A row in quotes: a table that was saved as one of a single column."""
@@ -48,7 +48,7 @@ LINES_KEPT = 1000
 """Lines that do not fit of which the text is kept; beyond them most are looked for no further."""
 
 NUL_CELL = "NUL"
-"""What stands for a cell that holds NULs."""
+"""Replacement of a cell with NULs."""
 
 JOINED_MAX = 8
 """Lines that a field in quotes may go over."""

@@ -48,27 +48,27 @@ OWN_DEVIATIONS = 12.0
 so many standard deviations: the estimated torques of motor drives have tails that reach 10."""
 
 CATEGORIES = ("direction",)
-"""Columns whose values are names: no value of theirs is nearer to another than the rest."""
+"""Categorical columns, without distances between values."""
 
 OWN_SHARE = 0.5
 """A burst in lost motion and torque at once is a load: less this share of it must be left. A column
 that came back is nearer than this share of the burst to where it was."""
 
 BEYOND_SHARE = 0.5
-"""Share of a burst by which it lies outside of what is on its two sides."""
+"""Share of a burst by which it exceeds the values on both sides."""
 
 FOLLOWED_SHARE = 0.2
 """Share of one that the other must follow to be a load, whatever the curve makes of it."""
 
 COUNTS = 2.0
-"""What departs by so many counts of the encoders may be their rounding, one on either side."""
+"""Departures up to this number of encoder counts may be rounding."""
 
 DEPARTURE = 10.0
 """A departure is so many times what the curve leaves of three quarters of the samples. Hysteresis,
 temperature and a lag of a sample stay within three."""
 
 DEPARTED_MAX = 0.4
-"""Largest share of a run in departures: of two halves nobody knows which one departed."""
+"""Largest share of a run in departures: with two halves it is unknown which one departed."""
 
 ERRATIC = 0.2
 """Usual step within a departure, in shares of it, from which the readings jump about."""
@@ -81,8 +81,9 @@ PLAUSIBLE = {"temperature": (-60.0, 200.0)}
 end at -60 C and 200 C; sensors read -127 or 850 where a wire is open."""
 
 SLOW = ("temperature", "cycles")
-"""Quantities that do not leave and return from one sample to the next, however long between: a
-drive has a heat capacity, and a counter goes on. A force or a moment may be applied in pulses."""
+"""Quantities that cannot jump and return from one sample to the next: a drive has a heat capacity,
+and a counter increases. A force or a moment may be applied in pulses.
+"""
 
 PLAUSIBLE_SHARE = 0.01
 """Least burst in that range: 2.6 K, more than one step of the coarsest sensors."""
@@ -91,7 +92,7 @@ LEFT_OUT = "outliers; rows left out"
 NOT_USED = "outliers; the column is not used for these rows"
 
 CHECKED = ("torque", "input_angle", "output_angle", "lost_motion")
-"""Columns that check each other, in which a wild value takes its row with it."""
+"""Columns that check each other; a row with an outlier in one of them is left out."""
 
 
 def set_wild_aside(campaign: Campaign) -> None:

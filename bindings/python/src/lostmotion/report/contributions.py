@@ -42,7 +42,7 @@ FILLS = {
 """Paul Tol's light colours (and his wine), made for areas; neighbours differ for every eye."""
 
 ZOOM_SHARE = 0.1
-"""Half width of the magnified part over the rated torque."""
+"""Half width of the magnified part relative to the rated torque."""
 
 CATALOGUE_INK = "#882255"
 
@@ -271,7 +271,7 @@ def _mark_reversal(axes: Axes, data: Contributions) -> None:
 def _legend(drawing: Drawing, data: Contributions, top: float, wide: bool) -> None:
     rated = data.rated_torque_Nm
     total = data.at(data.total_arcmin, rated)
-    drawing.text(14, top, f"At rated torque, {rated:g} N·m: {total:.3f}′ in all", weight="600")
+    drawing.text(14, top, f"At rated torque, {rated:g} N·m: {total:.3f}′ total", weight="600")
     rows = 3 if wide else len(PARTS)
     column = drawing.width / 2 if wide else drawing.width
     for i, part in enumerate(PARTS):

@@ -31,7 +31,7 @@ SAME_SIZE = 1.3
 """Runs whose largest torques differ by no more than this factor are drawn together."""
 
 GROUPS_SHOWN = 2
-"""Sizes of loops that are drawn: the largest and the smallest."""
+"""Number of loop sizes drawn: the largest and the smallest."""
 
 LOOP_LEAST = 0.02
 """Runs whose torque moves by less than this share of the largest are no loops (a drive that turns):
@@ -43,7 +43,7 @@ RUNS_SHOWN = 6
 """Runs of a size that are drawn."""
 
 ARCSEC_MOST = 600.0
-"""From this error on, in arcsec, arcmin are easier to read."""
+"""Error in arcsec above which arcmin is used."""
 
 
 def groups(result: Comparison) -> list[list[int]]:

@@ -33,7 +33,7 @@ SAMPLES_LEAST = 3
 """With fewer samples a cell stays empty."""
 
 TURNS = {"input_angle_rad": "input_angle_deg", "output_angle_rad": "output_angle_deg"}
-"""Quantities that repeat with a turn, and what they are called within it."""
+"""Quantities with a period of one turn, and their names within it."""
 
 NAMES = {
     "torque_Nm": ("torque", "N·m"),

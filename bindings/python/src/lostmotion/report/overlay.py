@@ -31,7 +31,7 @@ IntArray = npt.NDArray[np.intp]
 
 RUNS_SHOWN = 6
 POINTS_SHOWN = 2000
-"""Samples of a run that are drawn and listed; tests use every sample."""
+"""Samples of a run that are drawn and listed; tests use all samples."""
 
 BEFORE, AFTER = ORANGE, BLUE
 

@@ -21,13 +21,13 @@ from lostmotion import __version__
 from lostmotion.report.plots import NOT_INSTALLED, Plot, drawing_script, installed, plot_html
 
 WIDE, NARROW = 940.0, 360.0
-"""Widths for which each picture is drawn: a page or a screen, and a telephone."""
+"""Widths for which each figure is drawn: page or screen, and phone."""
 
 BREAK_PX = 720
 """Below this width of the window the narrow pictures are shown."""
 
 LONG, SLIM = 16, 4
-"""A table of more rows than this, and no more columns, is in two halves side by side."""
+"""A table with more rows and no more columns than this is shown in two halves side by side."""
 
 CSV_DIGITS = 10
 """Significant digits of the numbers behind a picture."""
@@ -60,7 +60,7 @@ class FigureData:
 
 
 IN_SCRIPT = {ord(c): f"\\u{ord(c):04x}" for c in "<>&\u2028\u2029"}
-"""What may end a script element or a line of it, or open a comment there, as JSON writes it."""
+"""JSON escapes for characters that may end a script element or line, or open a comment."""
 
 
 def script_json(data: object) -> str:

@@ -21,7 +21,7 @@ ACROSS, UP = 16, 8
 """Bins of the torque and of the other quantity."""
 
 CLEAR_T = 2.0
-"""Mean over its standard error below which a bin shows nothing and is grey."""
+"""t value below which a bin is not significant and grey."""
 
 MAPS_SHOWN = 4
 """Quantities that are drawn."""

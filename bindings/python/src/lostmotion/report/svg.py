@@ -26,16 +26,16 @@ BLUE = "#0077bb"
 ORANGE = "#ee7733"
 RED = "#cc3311"
 TEAL = "#009988"
-"""Paul Tol's vibrant colours: distinct for every kind of colour vision, and in print."""
+"""Paul Tol's vibrant colours: distinct for all types of colour vision, and in print."""
 
 TEXT_SIZE = 13.0
 SMALL_SIZE = 11.5
 
 SIMPLIFY_PX = 0.25
-"""How far a simplified curve may be from the samples."""
+"""Largest deviation of a simplified curve from the samples."""
 
 MEAN_CHARACTER = 0.54
-"""Mean width of a character over the size of the type, for room beside a text."""
+"""Mean width of a character relative to the font size, to estimate text widths."""
 
 
 def text_width(text: str, size: float = TEXT_SIZE) -> float:

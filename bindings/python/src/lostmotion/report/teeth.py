@@ -43,7 +43,7 @@ RING_SHARE = 0.1
 
 CLOSE_UP_DEG = 30.0
 FAR_UP_DEG = 48.0
-"""Where the smaller close-ups stand, as far as there is overlap."""
+"""Angles of the smaller close-ups, within the overlap."""
 
 
 @dataclass(frozen=True)

@@ -14,19 +14,19 @@ from lostmotion.units import ANGULAR_SPEED, ARCMIN, ARCSEC, plain_number, split_
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 SMALLEST, LARGEST = 1e-3, 1e6
-"""Sizes between which a number is written without a power of ten."""
+"""Range of numbers written without a power of ten."""
 
 GROUPED = 10_000
 """From here on, digits are in groups of three."""
 
 NOTHING = 1e-12
-"""A number below this is what rounding left."""
+"""Smaller numbers are rounding noise."""
 
 SURE = 0.001
 """A p below this is written as below it."""
 
 ANGLES = ((600 * ARCSEC, ARCSEC, "arcsec"), (600 * ARCMIN, ARCMIN, "arcmin"))
-"""Up to which angle each unit is used; degrees above."""
+"""Largest angle for each unit; degrees above."""
 
 DEGREE = 60 * ARCMIN
 
@@ -45,10 +45,10 @@ CROSS_VALIDATED = {
     "reading": "leave-one-out",
     "runs not fitted": "predicted",
 }
-"""Name of an error by what was left out of the fit that predicts it."""
+"""Name of a cross-validated error by what was left out of the fit."""
 
 NOISE_FLOOR = "noise floor"
-"""What `diagnose` and `fit` set an error against; `compare` has the repeatability instead."""
+"""Reference of an error in `diagnose` and `fit`; `compare` uses the repeatability instead."""
 
 NOISE_FLOOR_IS = "noise within runs, and run-to-run scatter of stiffness, friction and gap"
 
@@ -152,13 +152,13 @@ def quantity(name: str, value: float) -> str:
 
 
 AT_BOUND = "at its bound"
-"""Said of a value that the recordings would have at or beyond the most or the least it may be."""
+"""Text for a value whose best estimate is at or beyond a bound."""
 
 TOO_SMALL = "too small to count"
-"""An effect that stands out of the noise, and is less than the model can be trusted to be exact."""
+"""Text for an effect that is significant but smaller than the accuracy assumed of any model."""
 
 NOT_FITTED = "fixed: saturation limit"
-"""Said of a value that only states how far an effect can go, and is left as it is."""
+"""Text for a fixed value that limits an effect."""
 
 
 def named_numbers(

@@ -19,7 +19,7 @@ from lostmotion.errors import InputError
 FloatArray = npt.NDArray[np.float64]
 
 POINTS_MAX = 4000
-"""Samples of a run that are drawn; more make a page slow and show nothing else."""
+"""Samples of a run that are drawn; more slow down a page without benefit."""
 
 MEASURED, MODEL = "#0072b2", "#d55e00"
 """Colours of Okabe and Ito (2008), distinct for colour-blind readers."""

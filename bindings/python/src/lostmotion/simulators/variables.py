@@ -54,7 +54,7 @@ SUFFIXES = {
 """Unit by the suffix of a field's name."""
 
 UNKNOWN = float(core().lib.LM_UNKNOWN)
-"""LM_UNKNOWN: an input of this value counts as not known."""
+"""LM_UNKNOWN: an input of this value is unknown."""
 
 
 @dataclass(frozen=True)
