@@ -591,5 +591,5 @@ def add_friction(parser: argparse.ArgumentParser) -> None:
         "--friction",
         choices=FORMS,
         help="in parallel with the spring (inside), in series (outside) or both, of constant width "
-        "or growing with the load; default: the form with the lowest leave-one-run-out error",
+        "or growing with the load; default: inside, unless the runs confirm a larger form",
     )

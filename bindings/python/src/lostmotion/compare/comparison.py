@@ -274,7 +274,7 @@ def compare(
         Fit only these runs and predict the others; by default all are fitted, and each is left out
         once.
     friction : {"inside", "outside", "inside+load", "both", "both+load"}, optional
-        Form of the hysteresis; by default the one with the lowest leave-one-run-out error
+        Form of the hysteresis; by default selected by the leave-one-run-out errors
         (`discover.baseline_form`).
     seed : int
         Seed of the random signs of the permutation tests.

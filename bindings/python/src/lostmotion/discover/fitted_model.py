@@ -230,7 +230,7 @@ def fit_model(
         Effects by name; by default those of the library.
     friction : {"inside", "outside", "inside+load", "both", "both+load"}, optional
         Form of the hysteresis, see `lostmotion.friction`. By default that of a fitted drive file,
-        else the form with the lowest leave-one-run-out error (`baseline_form`).
+        else selected by the leave-one-run-out errors (`baseline_form`).
     """
     given_as("fit_model", "drive", drive, Drive)
     given_as("fit_model", "campaign", campaign, Campaign)
