@@ -3,8 +3,8 @@
 #include "../joint/params.h" /* lostmotion export joint.toml -o params.h */
 #include "axis.h"
 
-#define LOAD_NM (-12.0f) /* the arm weighs on the gear */
-#define PUSH_NM (-5.0f)  /* somebody leans on it while the brake is on */
+#define LOAD_NM (-12.0f) /* weight of the arm */
+#define PUSH_NM (-5.0f)  /* external push while the brake is on */
 #define FAST_RAD 0.0005f /* a tick */
 #define STILL_RAD 2e-6f  /* 0.4 arcsec */
 #define ARRIVED_RAD 2e-5f
@@ -42,7 +42,7 @@ static void run(joint *j, int ticks, float torque_Nm, float rate_rad) {
 /* Closes the loop; how far the output moves in the ticks after it. */
 static float close_loop(joint *j) {
   float before_rad = output(j);
-  j->wish_rad = j->drive.command_rad; /* the planner begins where the output is */
+  j->wish_rad = j->drive.command_rad; /* the planner starts at the output angle */
   if (axis_close(&j->drive)) {
     return 1;
   }
@@ -52,7 +52,7 @@ static float close_loop(joint *j) {
 
 int axis_story(float *most_rad) {
   static joint j;
-  static lm_saved kept; /* in memory that outlives power-down */
+  static lm_saved kept; /* in memory that survives power-down */
   float moved_rad;
   float torque_Nm;
   float zero_rad;
@@ -72,7 +72,7 @@ int axis_story(float *most_rad) {
   if (moved_rad > STILL_RAD) {
     return 2;
   }
-  /* Run: half a radian, and a load that turns round and comes back. */
+  /* Run: half a radian, with a load that reverses and returns. */
   run(&j, 1000, LOAD_NM, FAST_RAD);
   for (torque_Nm = LOAD_NM; torque_Nm < 50; torque_Nm += 0.05f) {
     run(&j, 1, torque_Nm, 0);
@@ -84,7 +84,7 @@ int axis_story(float *most_rad) {
     run(&j, 1, torque_Nm, 0);
   }
   run(&j, 400, LOAD_NM, 0);
-  (void)lm_bound_uncertainty(&j.drive.compensator); /* finds that the history is known now */
+  (void)lm_bound_uncertainty(&j.drive.compensator); /* the history is known now */
   if (size(output(&j) - j.wish_rad) > ARRIVED_RAD) {
     return 3;
   }
@@ -98,7 +98,7 @@ int axis_story(float *most_rad) {
   if (moved_rad > STILL_RAD) {
     return 4;
   }
-  /* Home: the reference is refused until the correction rests. */
+  /* Home: the reference is rejected until the correction has settled. */
   axis_home(&j.drive);
   run(&j, 1, LOAD_NM, 0);
   zero_rad = output(&j);

@@ -1,10 +1,10 @@
-/* The axis through a day: power-up, close, run, emergency stop, resume, home, brake, power-down,
- * power-up with the history. */
+/* A usual sequence of an axis: power-up, close, run, emergency stop, resume, home, brake,
+ * power-down, power-up with the history. */
 #ifndef AXIS_STORY_H
 #define AXIS_STORY_H
 
-/* 0, or the number of the step at which the output jumped or did not arrive; *most_rad: how far the
- * output moved at most as the loop closed. */
+/* Returns 0, or the number of the step at which the output jumped or did not reach its target;
+ * *most_rad: largest motion of the output after closing the loop. */
 int axis_story(float *most_rad);
 
 #endif

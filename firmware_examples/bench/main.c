@@ -11,8 +11,8 @@
 #define TORQUE_NOISE_NM 0.01f
 #define FULL_TURN_RAD 6.28318531f
 
-/* Turning points of the torque. Full swings first, which wipe out whatever was before; then
- * smaller ones, one-sided ones, and one that spirals in. */
+/* Turning points of the torque. First full cycles, which erase the previous history; then
+ * smaller cycles, one-sided cycles, and cycles of decreasing amplitude. */
 static const float turning_Nm[] = {
     40, -40, 40, -40, 20,  -20, 20, -8,  8, -8, 3,  -3, 3,  -1.2f, 1.2f,  -1.2f, 30,    10, 25,
     5,  18,  0,  -30, -10, -25, -5, -18, 0, 12, -9, 6,  -4, 2.5f,  -1.5f, 0.8f,  -0.4f, 0};
@@ -23,7 +23,7 @@ static float draw(uint32_t *seed) {
   return (float)(int32_t)(*seed >> 8) * (1.0f / 8388608.0f) - 1.0f;
 }
 
-/* Sum of three uniform numbers has variance 1: near enough to a sensor's noise. */
+/* A sum of three uniform numbers has variance 1: close enough to sensor noise. */
 static float draw_noise(uint32_t *seed) {
   return draw(seed) + draw(seed) + draw(seed);
 }

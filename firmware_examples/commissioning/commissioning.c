@@ -754,46 +754,50 @@ commissioning_output commissioning_step(commissioning *run, const commissioning_
 const char *commissioning_sentence(commissioning_finding finding) {
   static const char *const sentence[COMMISSIONING_FINDINGS] = {
       "The test is running.",
-      "Nothing wrong was found.",
-      "A setting is outside its range (commissioning.h).",
-      "lm_check_parameters refuses the parameters.",
-      "An angle, the torque or the time is not finite: find the sensor.",
-      "A condition that the model needs is not told: fill in lm_conditions.",
-      "Torque or a condition is outside the fitted range at rest: scale or unit of the torque, "
-      "thermometer, or export for a larger range.",
-      "The tick is not the period of the parameters, or not regular: export with --set period_us=.",
-      "The torque's noise would move the standing axis: filter it, or export with "
-      "--set torque_noise_Nm=.",
-      "The reported angle left the command by more than the bound: gains or sign of the loop, a "
-      "collision.",
-      "The torque changed by more than the bound: a collision, or the scale of the torque.",
-      "The motor did not follow the command: brake, enable, encoder.",
-      "The motor's encoder counts against the command: sign of the ratio stated here, or of the "
+      "No fault was found.",
+      "A setting is outside its range: see commissioning.h.",
+      "lm_check_parameters rejects the parameters: export them again.",
+      "An angle, the torque or the time is not finite: check the sensors.",
+      "A condition that the model needs is missing: fill in lm_conditions.",
+      "At rest the torque or a condition is outside the fitted range: check the scale and unit of "
+      "the torque and the temperature sensor, or export for a larger range.",
+      "The tick is irregular or differs from the period of the parameters: export with "
+      "--set period_us=.",
+      "The noise of the torque would move the axis at standstill: filter the torque, or export "
+      "with --set torque_noise_Nm=.",
+      "The reported angle deviated from the command by more than the bound: check the gains and "
+      "sign of the loop, and for a collision.",
+      "The torque changed by more than the bound: check for a collision and the scale of the "
+      "torque.",
+      "The motor did not follow the command: check brake, enable signal and encoder.",
+      "The motor encoder counts against the command: check the sign of the ratio in these settings "
+      "and that of the encoder.",
+      "Motor angle / ratio does not reach the commanded travel: the position loop and these "
+      "settings have different ratios.",
+      "The reading of the output encoder does not change: check the encoder.",
+      "The output turns against the command: check the signs of the ratio and of the output "
       "encoder.",
-      "Motor angle over ratio does not cover the commanded way: the loop has another ratio than "
-      "the one stated here.",
-      "The encoder at the output does not move.",
-      "The output turns against the command: sign of the ratio, or of the output's encoder.",
-      "The output does not turn by motor angle over ratio: wrong ratio, or scale of an encoder.",
-      "The motor leaves its command by the lost motion: the loop closes on the output, or the "
-      "drive compensates already.",
-      "The torque that is told does not follow the load: a frozen sensor, or a wrong source.",
+      "The output angle is not motor angle / ratio: check the ratio and the scales of the "
+      "encoders.",
+      "The motor deviates from its command by the lost motion: the position loop uses the output "
+      "encoder, or the drive already compensates.",
+      "The torque input does not follow the load: the sensor is stuck or the source is wrong.",
       "The torque has the wrong sign: a positive torque turns the output in its positive "
       "direction.",
-      "The torque comes late: its filter is too slow, or the encoders are not latched together.",
-      "The lost motion is not that of the parameters: scale of the torque, or parameters of "
-      "another joint.",
-      "The correction that the fitted torque asks for exceeds limit or headroom.",
-      "The headroom of velocity or acceleration is too small: the correction does not keep up.",
+      "The torque is delayed: its filter is too slow, or the encoders are not latched together.",
+      "The lost motion differs from the model: check the scale of the torque, and whether the "
+      "parameters belong to this joint.",
+      "The correction at the largest fitted torque exceeds its limit or the headroom.",
+      "The headroom of velocity or acceleration is too small: the correction lags.",
       "The correction does not reach the motor: it is not added to the command.",
       "The correction is added with the wrong sign.",
-      "The correction moves the motor by more than itself: it is added twice, or in another unit.",
-      "The reported angle moves with the correction: take it off what is reported.",
-      "The correction would ring through the torque: filter it at a tenth of the resonance, or "
-      "take it from the command.",
-      "The drive does not follow the correction at its limits: give it more, or export slower "
-      "limits.",
-      "The host ended the run.",
+      "The motor moves by more than the correction: it is added twice or in another unit.",
+      "The reported angle moves with the correction: subtract the correction from it.",
+      "The correction would oscillate through the torque input: filter the torque at a tenth of "
+      "the resonance, or compute it from the command.",
+      "The drive does not follow the correction at its limits: raise the limits of the drive, or "
+      "export lower ones.",
+      "The host stopped the run.",
   };
   return (unsigned)finding < COMMISSIONING_FINDINGS ? sentence[finding] : "unknown";
 }

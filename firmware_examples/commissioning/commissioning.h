@@ -1,39 +1,40 @@
 /* Commissioning: small test motions of one axis that check, before the correction is switched on
- * for the first time, what the compensator takes for granted - signs, ratio, torque, period,
- * headroom - and name the first thing that is wrong.
+ * for the first time, what the compensator assumes (signs, ratio, torque, period, headroom) and
+ * report the first fault.
  *
  * The host's position loop runs as it will later, on the motor's encoder, with the correction
- * wired in. The routine takes the places of the motion planner and of the compensator: each tick
- * it gets what the host has measured and returns a command and a correction. The compensator runs
- * in its shadow, stepped with the host's conditions; what it says moves nothing.
+ * wired in. The routine replaces the motion planner and the compensator: each tick it receives
+ * the host's measurements and returns a command and a correction. The compensator runs in
+ * parallel with the host's conditions; its output is not used.
  *
- *     stage      motion                                     what is judged
+ *     stage      motion                                     what is checked
  *     stand      none, 1 s                                  period, noise and range of the torque
  *     travel     +travel, back, -travel, back               ratio, encoders, which encoder the loop
  *                                                           closes on
  *     shake      sine of shake_rad at shake_Hz              sign, scale and delay of the torque,
  *                                                           headroom
  *     path       correction of path_rad and back            sign of the correction, added once,
- *                                                           taken off what is reported
+ *                                                           subtracted from the reported angle
  *     sweep      correction of at most 0.5 rad/s2 through   loop from the correction through the
  *                the resonance                              torque back to the correction
  *     rush       a fifth of the largest correction at the   whether the drive follows the
  *                limits of velocity and acceleration        correction at its limits
  *
- * Bounds that are kept: the command stays within travel_rad of where the axis stood, the correction
- * within a fifth of limits.correction_rad and the limits of the parameters. Where the reported
- * angle leaves the command by more than follow_bound_rad, or the torque leaves its value at
- * standstill by more than torque_bound_Nm, or an input is not finite, `stop` is set: the host stops
- * as in an emergency (brake), and the correction returns to zero. Unless `stop` is set it ends as
- * it starts: with the axis at rest where it stood and the correction zero.
+ * Bounds: the command stays within travel_rad of the initial position, the correction within a
+ * fifth of limits.correction_rad and the limits of the parameters. If the reported angle deviates
+ * from the command by more than follow_bound_rad, or the torque from its value at standstill by
+ * more than torque_bound_Nm, or an input is not finite, `stop` is set: the host makes an emergency
+ * stop (brake), and the correction returns to zero. Otherwise the run ends with the axis at rest
+ * in its initial position and zero correction.
  *
- * What is needed: an axis at rest, free to move by travel_rad either way, loaded as it will be.
- * Without an encoder at the output (LM_UNKNOWN) the ratio and the loop's encoder are not checked,
- * and the torque only against motor_torque_Nm; `unchecked` says so. Both encoders have to be
- * latched at the same moment: 0.1 ms between them at the velocity of the shake looks like a late
+ * Requirements: an axis at rest, free to move by travel_rad in both directions, with its usual
+ * load. Without an output encoder (LM_UNKNOWN) the ratio and the encoder of the loop are not
+ * checked, and the torque only against motor_torque_Nm; `unchecked` reports this. Both encoders
+ * must be latched simultaneously: at the velocity of the shake, a difference of 0.1 ms looks like
+ * a delayed torque.
+ *
+ * C99, no heap, no libm; one struct that the caller owns. Not for the gap profile, which has no
  * torque.
- *
- * C99, no heap, no libm; one struct of the caller's. Not for the gap profile, which has no torque.
  */
 #ifndef COMMISSIONING_H
 #define COMMISSIONING_H
@@ -72,41 +73,41 @@ typedef enum commissioning_finding {
   COMMISSIONING_TORQUE_LOOP,
   COMMISSIONING_DRIVE_LIMIT,
   COMMISSIONING_ABORTED,
-  COMMISSIONING_FINDINGS /* how many */
+  COMMISSIONING_FINDINGS /* number of findings */
 } commissioning_finding;
 
 /* What could not be checked, as bits. */
 #define COMMISSIONING_UNCHECKED_OUTPUT 1u /* no encoder at the output */
-#define COMMISSIONING_UNCHECKED_TORQUE 2u /* the load hardly changed: a larger or faster shake */
+#define COMMISSIONING_UNCHECKED_TORQUE 2u /* the load hardly changed: shake more or faster */
 #define COMMISSIONING_UNCHECKED_LOOP                                                               \
   4u                                     /* the lost motion hardly changed: more travel, or a load \
                                           */
-#define COMMISSIONING_UNCHECKED_TOOTH 8u /* a ratio that is off by 1 would not have been seen */
+#define COMMISSIONING_UNCHECKED_TOOTH 8u /* an error of 1 in the ratio is not detectable */
 
 typedef struct commissioning_settings {
   const lm_parameters *parameters;
-  lm_headroom headroom;   /* that the host will leave to the correction at its fastest motion */
-  float ratio;            /* signed: turns of the motor for one of the output, 1 to 1000 in size */
+  lm_headroom headroom;   /* left for the correction during the host's fastest motion */
+  float ratio;            /* signed: motor turns per output turn, 1 to 1000 in magnitude */
   float travel_rad;       /* of the output, 1e-3 to 1 */
   float shake_rad;        /* at most travel_rad */
   float shake_Hz;         /* 0.2 to 10, below the bandwidth of the position loop */
   float path_rad;         /* at most a fifth of limits.correction_rad, at least 10 noise_rad */
-  float friction_Nm;      /* of the motor, on the output side; of motor_torque_Nm less than twice
-                           * that is not told from it. >= 0 */
+  float friction_Nm;      /* of the motor, referred to the output, >= 0; a motor_torque_Nm below
+                           * twice this value may be friction */
   float torque_bound_Nm;  /* > 0 */
   float follow_bound_rad; /* > 0 */
 } commissioning_settings;
 
-/* What the host has measured in this tick. LM_UNKNOWN: not there, where it says
- * so. */
+/* What the host has measured in this tick. LM_UNKNOWN: not measured, where
+ * allowed. */
 typedef struct commissioning_input {
-  float elapsed_s;        /* since the tick before, by a clock that is not the tick's own */
+  float elapsed_s;        /* since the previous tick, by a clock independent of the tick */
   float input_angle_rad;  /* motor's encoder, not divided by the ratio, not wrapped */
   float output_angle_rad; /* encoder at the output, not wrapped; LM_UNKNOWN */
   float reported_rad;     /* output angle that the host reports: input / ratio - correction */
   float motor_torque_Nm;  /* external torque by the motor's current (lm_estimate_torque); LM_UNKNOWN
                            * where  there is none or where conditions.torque_Nm is that itself */
-  lm_conditions conditions; /* that the host tells the compensator */
+  lm_conditions conditions; /* that the host passes to the compensator */
 } commissioning_input;
 
 /* What the host does in this tick. */
@@ -116,7 +117,7 @@ typedef struct commissioning_output {
   float acceleration_rad_s2;
   lm_correction correction; /* in the place of the compensator's: angle, velocity, acceleration */
   int32_t stop;             /* 1: stop as in an emergency, brake */
-  commissioning_finding finding; /* other than COMMISSIONING_RUNNING: it is over */
+  commissioning_finding finding; /* other than COMMISSIONING_RUNNING: the run has ended */
 } commissioning_output;
 
 #define COMMISSIONING_STOPS 4 /* of the travel */
@@ -128,7 +129,7 @@ typedef struct commissioning {
   lm_compensator shadow;
   commissioning_finding finding;
   uint32_t unchecked; /* COMMISSIONING_UNCHECKED_ bits */
-  float found;        /* the number that was judged last: a ratio, a gain, seconds */
+  float found;        /* value checked last: a ratio, a gain, seconds */
   int32_t stage;
   int32_t tick; /* of the stage */
   int32_t part; /* of the stage */
@@ -137,8 +138,8 @@ typedef struct commissioning {
   int32_t started;
   float start_rad, input_start_rad, output_start_rad;
   float torque_start_Nm, motor_start_Nm;
-  float stood_rad;                   /* correction of the shadow where the axis stood */
-  float command_rad, correction_rad; /* as returned last, the command from start_rad on */
+  float stood_rad; /* correction of the parallel compensator at the initial position */
+  float command_rad, correction_rad; /* as returned last; the command relative to start_rad */
   float back_rad;                    /* correction at an abort */
   float sum[COMMISSIONING_SUMS];
   float at_command[COMMISSIONING_STOPS];
@@ -152,17 +153,19 @@ typedef struct commissioning {
  * parameters'. */
 commissioning_settings commissioning_suggest(const lm_parameters *parameters, float ratio);
 
-/* Before the first tick. Refused settings or parameters are the finding, and of the first tick. */
+/* Call before the first tick. Returns the finding for rejected settings or parameters; the first
+ * tick returns it too. */
 commissioning_finding commissioning_start(commissioning *run,
                                           const commissioning_settings *settings);
 
-/* Every tick until a finding; continues returning it, the axis at rest, as long as it is called. */
+/* Call every tick until it returns a finding; further calls return it again, with the axis at
+ * rest. */
 commissioning_output commissioning_step(commissioning *run, const commissioning_input *now);
 
-/* The host ends it: `stop` from the next step on, COMMISSIONING_ABORTED. */
+/* Stops the run: from the next step on `stop` is set and the finding is COMMISSIONING_ABORTED. */
 void commissioning_abort(commissioning *run);
 
-/* One sentence: what is wrong and where to look. */
+/* One sentence: the fault and what to check. */
 const char *commissioning_sentence(commissioning_finding finding);
 
 #endif

@@ -1,7 +1,7 @@
-/* The commissioning routine wired to an axis, in miniature: the motor follows its command at once,
- * the gear winds up as the parameters say, the arm weighs 20 N m when it is level. Runs it on the
- * axis as it is, then with three mistakes in the host. The exit code is the number of the run that
- * came to another finding than expected. */
+/* The commissioning routine on a minimal simulated axis: the motor follows its command immediately,
+ * the gear winds up according to the parameters, the level arm loads it with 20 N m. Runs it on the
+ * axis as it is, then with three faults in the host. The exit code is the number of the run whose
+ * finding differs from the expected one. */
 #include "commissioning.h"
 
 #include "../joint/params.h"
@@ -43,7 +43,7 @@ static commissioning_finding try_axis(mistakes wrong) {
     now.output_angle_rad =
         now.input_angle_rad / RATIO + lm_step_model(&joint_parameters, &gear, &at);
     now.reported_rad = motor_rad - out.correction.correction_rad;
-    now.motor_torque_Nm = LM_UNKNOWN; /* no torque by the current */
+    now.motor_torque_Nm = LM_UNKNOWN; /* no torque from the motor current */
     now.conditions = at;
     now.conditions.torque_Nm = wrong.torque_sign * torque_Nm;
     out = commissioning_step(&run, &now);

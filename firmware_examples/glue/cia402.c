@@ -74,7 +74,8 @@ lm_status cia402_start(cia402_axis *axis, const cia402_drive *drive,
   return LM_OK;
 }
 
-/* Increments of the output: exact in integers, a float would lose the last ones of a long way. */
+/* Increments of the output: exact in integers; a float would lose the last ones of a long motion.
+ */
 static int32_t output_increments(const cia402_axis *axis, const cia402_input *in) {
   return axis->drive.reports_offset ? in->position_actual - axis->sent.position_offset
                                     : in->position_actual;
@@ -89,7 +90,7 @@ void cia402_reference(cia402_axis *axis, const cia402_input *in, float angle_rad
   axis->command_rad = angle_rad;
 }
 
-/* The way through the drive's states; one step a cycle. */
+/* Steps through the drive's states, one per cycle. */
 static uint16_t controlword(uint16_t statusword, int32_t enable) {
   switch (statusword & CIA402_STATE_MASK) {
     case CIA402_OPERATION_ENABLED:
@@ -121,7 +122,7 @@ cia402_output cia402_cycle(cia402_axis *axis, const cia402_input *in, const lm_c
     axis->sent.target_position =
         to_increments((wish_rad - axis->zero_rad) * axis->increments_per_rad);
   } else {
-    /* Stands, brakes or is moved: the target follows the output, so that nothing jumps. */
+    /* At rest, braking or moved from outside: the target follows the output to avoid a jump. */
     axis->command_rad = reported_rad;
     axis->sent.target_position = standing;
   }

@@ -1,26 +1,26 @@
 /* A drive of CiA 402 (CANopen, EtherCAT) in mode CSP: the controller that sends its set points
- * runs the compensator, and hands the correction over in the objects that are meant for it.
+ * runs the compensator and sends the correction in the offset objects.
  *
  *     object  to the drive                       object  from the drive
  *     0x6040  controlword                        0x6041  statusword
  *     0x607A  target position                    0x6064  position actual value
  *     0x60B0  position offset: correction
- *     0x60B1  velocity offset: its rate
+ *     0x60B1  velocity offset: rate of the correction
  *
  * The drive adds 0x60B0 to its position demand and 0x60B1 to its velocity demand, so the target
- * stays that of the output, and the output's angle is (0x6064 - 0x60B0) in increments. (A drive
- * that reports 0x6064 without the offset: state reports_offset 0.) Increments: 0x608F encoder
+ * is the output angle, and the measured output angle is (0x6064 - 0x60B0) in increments. (If the
+ * drive reports 0x6064 without the offset, set reports_offset to 0.) Increments: 0x608F encoder
  * increments per motor turn times the gear's ratio over one turn of the output; 0x6091 and 0x6092
- * are taken to be 1. Velocity is in increments per second.
+ * are assumed to be 1. Velocity is in increments per second.
  *
- * An offset is an absolute number, rounded to the nearest increment: nothing adds up. Set points
- * act one sync period after they were sent; the correction comes as late, with the target that it
- * belongs to.
+ * An offset is an absolute number, rounded to the nearest increment: rounding errors do not
+ * accumulate. Set points take effect one sync period after they were sent; the correction has the
+ * same delay as its target.
  *
- * Mode: 0x6060 = 8 (CSP) before the drive is enabled; 0x60C2 states the sync period, which has to
- * be the period of the parameters. In modes PP, HM and CSV drives ignore 0x60B0 or add it in their
- * own way: keep the compensator in LM_MODE_HOLD while the drive homes itself (mode HM), and take
- * the reference from 0x6064 less the offset.
+ * Mode: 0x6060 = 8 (CSP) before the drive is enabled; 0x60C2 is the sync period, which must equal
+ * the period of the parameters. In modes PP, HM and CSV drives ignore 0x60B0 or add it
+ * differently: keep the compensator in LM_MODE_HOLD while the drive homes itself (mode HM), and
+ * compute the reference from 0x6064 minus the offset.
  */
 #ifndef CIA402_H
 #define CIA402_H
@@ -43,13 +43,13 @@
 #define CIA402_QUICK_STOP 0x02u
 #define CIA402_FAULT_RESET 0x80u
 
-/* What is configured in the drive. */
+/* Configuration of the drive. */
 typedef struct cia402_drive {
   uint32_t increments_per_rev; /* 0x608F, of the motor, at least 1 */
-  float ratio;                 /* signed: turns of the motor for one of the output */
+  float ratio;                 /* signed: motor turns per output turn */
   uint8_t period_value;        /* 0x60C2:01 */
   int8_t period_exponent;      /* 0x60C2:02, -6 to 0: seconds are value * 10^exponent */
-  int32_t reports_offset;      /* 1: 0x6064 is the motor's place, offset and all; 0: without it */
+  int32_t reports_offset;      /* 1: 0x6064 includes the offset; 0: it does not */
 } cia402_drive;
 
 /* Process data of one cycle. */
@@ -70,8 +70,8 @@ typedef struct cia402_axis {
   lm_compensator compensator;
   lm_correction correction;
   float increments_per_rad; /* of the output, signed */
-  float zero_rad;           /* output angle at position_actual zero, by homing */
-  float command_rad;        /* where the output is commanded to be; the reported angle while open */
+  float zero_rad;           /* output angle at position_actual zero, from homing */
+  float command_rad;        /* commanded output angle; the reported angle while the loop is open */
   cia402_output sent;
 } cia402_axis;
 

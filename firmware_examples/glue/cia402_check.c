@@ -1,4 +1,4 @@
-/* A CSP drive in miniature, and the cycles of an axis on it in the order of things: the exit code
+/* A minimal CSP drive and the cycles of an axis in their usual sequence: the exit code
  * of `check_cia402` is the number of the first check that fails. */
 #include "checks.h"
 #include "cia402.h"

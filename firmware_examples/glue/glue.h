@@ -1,5 +1,5 @@
-/* Two motor drives in miniature, each with the structure of a well-known one, to show where the
- * calls of the library go. */
+/* Two minimal motor drives, each with the structure of a well-known one, that show where to call
+ * the library. */
 #ifndef GLUE_H
 #define GLUE_H
 
@@ -7,9 +7,9 @@
 
 #define GLUE_RATIO 100.0f
 
-/* --- A drive in the manner of SimpleFOC: the user's own loop calls "run the phases", then "go to
- * this angle"; angles are those of the motor's shaft, in rad; units of the gear are the user's
- * business. */
+/* --- A drive in the style of SimpleFOC: the user's own loop calls "run the phases", then "go to
+ * this angle"; angles are those of the motor's shaft, in rad; the user
+ * converts them to gear units. */
 typedef struct foc_motor {
   float shaft_angle_rad; /* measured */
   float shaft_velocity_rad_s;
@@ -20,13 +20,13 @@ typedef struct foc_motor {
 typedef struct foc_joint {
   foc_motor motor;
   lm_compensator compensator;
-  float correction_rad; /* in the angle that the shaft was last sent to */
-  float zero_rad;       /* of the output angle, by homing */
+  float correction_rad; /* included in the last commanded shaft angle */
+  float zero_rad;       /* of the output angle, from homing */
   int enabled;          /* the user's motor.enable() and motor.disable() with the brake */
 } foc_joint;
 
-/* Power-up, disabled, with this torque on the output and the shaft where it stands. kept: the
- * history of the last power-down, or null. Anything but LM_OK: the loop must not be enabled. */
+/* Power-up, disabled, with this torque on the output, at the present shaft angle. kept: the
+ * history of the last power-down, or null. If the result is not LM_OK, do not enable the loop. */
 lm_status foc_start(foc_joint *joint, const lm_parameters *parameters, const lm_saved *kept,
                     float torque_Nm, float shaft_rad);
 /* In every period, enabled or not; the target begins at foc_output as it is enabled. */
@@ -35,7 +35,7 @@ float foc_output(const foc_joint *joint);
 /* In LM_MODE_HOLD and LM_STATE_SETTLED: the output stands at this angle. */
 void foc_reference(foc_joint *joint, float output_rad);
 
-/* --- A drive in the manner of moteus: one interrupt does everything, angles are turns of the
+/* --- A drive in the style of moteus: one interrupt runs everything, angles are turns of the
  * output, the drive plans its own ramp to a position within a velocity and an acceleration, and
  * commands carry a feed-forward torque. */
 typedef enum servo_mode { SERVO_STOPPED, SERVO_POSITION, SERVO_HOMING } servo_mode;
@@ -45,7 +45,7 @@ typedef struct servo_command {
   float position_rev;
   float velocity_limit_rev_s;
   float acceleration_rev_s2;
-  float feedforward_torque_Nm; /* what the drive has to make for the load */
+  float feedforward_torque_Nm; /* torque that the drive must produce for the load */
 } servo_command;
 
 typedef struct servo {
@@ -59,8 +59,8 @@ typedef struct servo {
   lm_correction correction;
 } servo;
 
-/* Power-up, stopped, with this torque on the output and the motor where it stands; kept: the
- * history of the last power-down, or null. Anything but LM_OK: the interrupt must not run.
+/* Power-up, stopped, with this torque on the output, at the present motor angle; kept: the
+ * history of the last power-down, or null. If the result is not LM_OK, do not start the interrupt.
  * LM_INCONSISTENT: parameters exported for another period than the interrupt's. */
 lm_status servo_start(servo *drive, const lm_parameters *parameters, const lm_saved *kept,
                       float torque_Nm, float measured_rev, float period_s);

@@ -1,7 +1,7 @@
-/* Runs the drives of this folder in the order of things, under load: power-up, settle, close, run,
- * emergency stop, resume, home, brake, power-down with the history, power-up. The motor goes beyond
- * its command by the wind-up while the reported position is the commanded one, and closing moves
- * nothing. The exit code is ten times the drive's number and the check that fails. */
+/* Runs the drives of this folder through a usual sequence, under load: power-up, settle, close,
+ * run, emergency stop, resume, home, brake, power-down with the history, power-up. The motor goes
+ * beyond its command by the wind-up while the reported position is the commanded one, and closing
+ * moves nothing. The exit code is ten times the drive's number and the check that fails. */
 #include "glue.h"
 
 #include "checks.h"
@@ -108,7 +108,7 @@ static int check_servo(void) {
   run_servo(&drive, &command, 10);
   command.mode = SERVO_POSITION;
   run_servo(&drive, &command, TICKS / 10);
-  command.mode = SERVO_STOPPED; /* in the midst of the ramp */
+  command.mode = SERVO_STOPPED; /* during the ramp */
   run_servo(&drive, &command, TICKS / 10);
   command.mode = SERVO_POSITION;
   run_servo(&drive, &command, TICKS);

@@ -1,6 +1,6 @@
-/* The joint's position loop as a drive runs it: encoder on the motor, position and velocity loop
- * in cascade, feed-forward. The compensation is added to the commanded angle, and taken off the
- * angle that is reported upwards, so that command and feedback agree. */
+/* The position loop of the joint, as in a drive: encoder on the motor, position and velocity loop
+ * in cascade, feed-forward. The compensation is added to the commanded angle, and subtracted
+ * from the reported angle, so that command and feedback agree. */
 #ifndef JOINT_LOOP_H
 #define JOINT_LOOP_H
 
@@ -13,12 +13,13 @@ typedef enum method {
   METHOD_MODEL     /* the library */
 } method;
 
-/* Where the model gets the torque on the output from. */
+/* Source of the model's output torque. */
 typedef enum torque_source {
   TORQUE_FROM_COMMAND, /* gravity, inertia and friction of the commanded motion */
   TORQUE_WITHOUT_FRICTION,
   TORQUE_FROM_CURRENT,
-  TORQUE_FROM_SENSOR /* the command's, and slowly what a sensor finds beyond it */
+  TORQUE_FROM_SENSOR /* that of the command, plus the slowly filtered difference measured by a
+                        sensor */
 } torque_source;
 
 typedef struct constant_width {

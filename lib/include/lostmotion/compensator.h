@@ -153,7 +153,7 @@ typedef struct lm_compensator {
   lm_real doubt_s;          /* time for which the correction has increased the error */
   /* ringing */
   lm_real swing_rad;       /* a larger reversal counts */
-  uint32_t swing_ticks;    /* and a shorter one is fast; 0: none is */
+  uint32_t swing_ticks;    /* a reversal after fewer ticks is fast; 0: never */
   lm_real turn_rad;        /* correction at its last reversal */
   uint32_t ticks;          /* since that reversal */
   lm_real slow_rad;        /* filtered target while it rings */

@@ -39,7 +39,7 @@
 #define LM_OWNER_flank drive->flank.
 #define LM_OWNER_drive drive->
 
-/* Smallest and largest module and face width, in which other ranges are measured. */
+/* Smallest and largest module and face width; other ranges are multiples of them. */
 #define LM_MODULE_LEAST_MM 0.05
 #define LM_MODULE_MOST_MM 10.0
 #define LM_FACE_WIDTH_LEAST_MM 0.5

@@ -296,7 +296,7 @@ def grade_of(entry: dict[str, Any]) -> int | None:
 
 
 def with_grade(entry: dict[str, Any], grade: int) -> tuple[dict[str, Any], str]:
-    """Return an entry with another grade, and how a drawing writes it."""
+    """Return an entry with another grade, and the grade as written on a drawing."""
     if entry["kind"] == "gear":
         return {**entry, "tooth_grade": grade}, f"grade {grade}"
     if "tolerance_class" in entry:

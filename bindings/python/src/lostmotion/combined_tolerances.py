@@ -138,6 +138,6 @@ def parts_of_gear(
 
 
 def stated_number(value: Any) -> float | None:
-    """Return a value of the file as a number; None where it is none."""
+    """Return a value of the file as a number, or None if it is not a number."""
     is_number = isinstance(value, int | float) and not isinstance(value, bool)
     return float(value) if is_number else None

@@ -148,7 +148,7 @@ def listed(check: Check) -> Check:
 
 
 def named(check: Check) -> Check:
-    """Make a check of every value of a table."""
+    """Make a check that applies another check to every value of a table."""
     return lambda value: isinstance(value, dict) and all(map(check, value.values()))
 
 

@@ -154,7 +154,7 @@ def operator_columns(
 def start_columns(radius_Nm: FloatArray, widening: FloatArray, followed: FloatArray) -> FloatArray:
     """Derivatives of the differences by the initial state of each operator.
 
-    Over the first run of a session; states in half widths.
+    They cover the first run of a session; the states are in half widths.
     """
     high, low = (run_plays(radius_Nm, followed, state, widening) for state in (0.5, -0.5))
     return high - low

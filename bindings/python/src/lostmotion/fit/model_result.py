@@ -30,8 +30,9 @@ AXES = {
 
 
 ORDERS, ORDERS_DRAWN = 8.0, 800
-"""Largest order of a spectrum unless another is requested, and orders that are drawn: chosen, for
-kinematic errors are of orders 2 and 4 of the input."""
+"""Default of the largest order of a spectrum, and number of orders drawn. Chosen: kinematic errors
+have orders 2 and 4 of the input.
+"""
 
 
 def amplitudes(angle_rad: FloatArray, residual: FloatArray, order: FloatArray) -> FloatArray:

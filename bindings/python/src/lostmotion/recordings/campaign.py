@@ -52,7 +52,7 @@ class Run:
     file: str
     columns: dict[str, FloatArray]
     begins: bool = False
-    """Whether a session begins here: what the drive did since the run before is not known."""
+    """Whether a session begins here: the motion since the previous run is unknown."""
     sources: dict[str, Any] = field(default_factory=dict)
     """From a quantity to its column in the file and how that was read, where a file was read."""
     log: Log | None = field(default=None, repr=False, compare=False)

@@ -1,7 +1,7 @@
 """Joining: columns recorded at different times become rows, on request.
 
-The slowest of torque and angles gives the rows, which thus have a measured value of it; the other
-columns are resampled at its times. Times are integer nanoseconds; only differences become seconds.
+The slowest column among torque and angles defines the times of the rows; the other columns are
+resampled at these times. Times are integer nanoseconds; only differences become seconds.
 """
 
 from __future__ import annotations

@@ -77,8 +77,9 @@ GAP = 2
 """Readings between two of such a stretch that are within the others' range by chance."""
 
 PLAUSIBLE = {"temperature": (-60.0, 200.0)}
-"""Range outside of which a value means that a sensor is off, in the unit of the quantity. Greases
-end at -60 C and 200 C; sensors read -127 or 850 where a wire is open."""
+"""Plausible range, in the unit of the quantity; a value outside it is a sensor fault. Greases are
+usable from -60 C to 200 C; a sensor with an open wire reads -127 or 850.
+"""
 
 SLOW = ("temperature", "cycles")
 """Quantities that cannot jump and return from one sample to the next: a drive has a heat capacity,

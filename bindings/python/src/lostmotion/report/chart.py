@@ -175,7 +175,7 @@ class Axes:
 
 
 def axis_range(values: Sequence[float], share: float = 0.06) -> tuple[float, float]:
-    """Range that holds numbers with a little room."""
+    """Range of an axis: that of the values, with a margin on either side."""
     low, high = min(values), max(values)
     room = share * (high - low) or 1.0
     return low - room, high + room

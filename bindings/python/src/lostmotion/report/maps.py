@@ -171,7 +171,7 @@ def diverging_colour(value: float, most: float) -> str:
 
 
 def scale_of(of: Map) -> float:
-    """Largest mean residual of a map, the end of its colours."""
+    """Largest absolute mean residual of a map: the limit of its colour scale."""
     return float(np.nanmax(np.abs(of.mean))) if np.isfinite(of.mean).any() else 1.0
 
 

@@ -48,7 +48,7 @@ FAR_UP_DEG = 48.0
 
 @dataclass(frozen=True)
 class View:
-    """A window of the drawing onto the mesh.
+    """Part of the mesh that a drawing shows.
 
     Attributes
     ----------

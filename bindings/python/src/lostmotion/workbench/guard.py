@@ -27,7 +27,7 @@ HEADERS = (
     (b"referrer-policy", b"no-referrer"),
     (b"cross-origin-resource-policy", b"same-origin"),
 )
-"""Of every answer: no frame of another page shows it, and no link carries its address away."""
+"""Headers of every response: no other page can frame it, and no link reveals its address."""
 
 
 class Guard:

@@ -183,7 +183,7 @@ def make_app(bench: Bench, work: Work, search: Search) -> None:
 
 
 def attachment(content: str, name: str, kind: str) -> Response:
-    """Answer with a file to be kept."""
+    """Respond with a file to download."""
     return Response(
         content, media_type=kind, headers={"Content-Disposition": f'attachment; filename="{name}"'}
     )
