@@ -228,6 +228,7 @@ static int reaches(const generation *g, const lm_placement *place, lm_real radiu
  * between a rising and a falling slope halves the bracket instead. */
 #define CLIMB_STEPS 16
 #define STEP_MAX (LM_PI / LM_REAL(60)) /* 3 deg */
+#define INSIDE_STEP (SCAN_STEP / LM_REAL(16))
 
 static lm_real next_step(lm_real slope, lm_real bend, lm_real otherwise) {
   lm_real step = slope > LM_REAL(0) ? otherwise : -otherwise;
@@ -241,11 +242,23 @@ static lm_real next_step(lm_real slope, lm_real bend, lm_real otherwise) {
 static maker climb(const generation *g, lm_real angle, lm_real radius, lm_real bend) {
   motion m = move_tooth(g, angle);
   lm_real slope;
-  maker at = make_here(g, &m, angle, radius, &slope);
-  lm_real step = next_step(slope, bend, SCAN_STEP / LM_REAL(4));
+  maker at;
+  lm_real step;
   lm_real rising = -REAL_INFINITY;
   lm_real falling = REAL_INFINITY;
   int i;
+  if (!reaches(g, &m.place, radius)) {
+    lm_real inside;
+    const maker tip = tip_on(g, angle, radius, &inside);
+    if (!(inside > LM_REAL(0))) {
+      return tip;
+    }
+    angle =
+        tip.angle - (tip.angle > LM_REAL(0) ? INSIDE_STEP : -INSIDE_STEP); /* towards the axis */
+    m = move_tooth(g, angle);
+  }
+  at = make_here(g, &m, angle, radius, &slope);
+  step = next_step(slope, bend, SCAN_STEP / LM_REAL(4));
   at.bend = bend;
   for (i = 0; i < CLIMB_STEPS && real_fabs(step) > CLIMB_END; i++) {
     const lm_real last_slope = slope;
@@ -276,7 +289,9 @@ static maker climb(const generation *g, lm_real angle, lm_real radius, lm_real b
   }
   /* Gain of the last step, so that the derivatives by the dimensions of the drive are those of the
    * maximum. */
-  at.theta += LM_REAL(0.5) * slope * step;
+  if (real_fabs(step) <= CLIMB_END) {
+    at.theta += LM_REAL(0.5) * slope * step;
+  }
   return at;
 }
 

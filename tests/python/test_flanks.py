@@ -229,6 +229,18 @@ def test_conjugate_flanks_are_the_swept_ones_where_zones_and_pieces_change(
     assert table_error_modules(document, swept_flank(document)) < BAR_MODULES
 
 
+@pytest.mark.parametrize(("flank", "seed"), [("double_arc", 64), ("s_tooth", 75)])
+def test_a_point_beyond_the_tip_makes_no_flank_in_float32_either(flank: str, seed: int) -> None:
+    """A search that ended where the tip does not reach the radius went on along its tangent: up to
+    0.09 arcmin too far."""
+    document = random_document(seed, flank)
+    (wide, found), (narrow, rough) = made_mesh(document), made_mesh(document, 32)
+    for radius in np.linspace(found.conjugate.low_mm, found.conjugate.land_mm, 99)[1:-1]:
+        exact = wide.core.lib.lm_rigid_flank_at(found, float(radius)).half_angle_rad
+        single = narrow.core.lib.lm_rigid_flank_at(rough, float(radius)).half_angle_rad
+        assert abs(single - exact) < 0.002 * ARCMIN
+
+
 def s_document(**flank: Any) -> dict[str, Any]:
     document = published_document()
     document["design"]["teeth"]["flexspline_flank"] = "s_tooth"
@@ -350,8 +362,8 @@ def published_document(**flank: Any) -> dict[str, Any]:
     }
 
 
-def made_mesh(document: dict[str, Any]) -> tuple[DesignModel, Any]:
-    model = DesignModel(parse_drive(document).design)
+def made_mesh(document: dict[str, Any], bits: int = 64) -> tuple[DesignModel, Any]:
+    model = DesignModel(parse_drive(document).design, bits)
     mesh = model.core.ffi.new("lm_mesh *")
     fault = model.core.fault()
     status = model.core.lib.lm_make_mesh(model.drive, 1.0, 256, mesh, fault)
