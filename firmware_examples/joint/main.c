@@ -1,10 +1,10 @@
-/* The joint under each scenario, three times: without compensation, with a constant width, with
- * the library. Prints the error of the output and is content (exit code 0) when the bars hold:
- * at most a tenth of the error without and a third of that with a constant width, and in hovering
- * no more than without. Then the cases in which the library helps less, or not at all.
+/* Runs each scenario of the joint three times: without compensation, with a constant width, with
+ * the library. Prints the error of the output; the exit code is 0 if the library's error is at most
+ * a tenth of that without compensation and a third of that with a constant width, and in hovering
+ * no larger than without. Then runs the cases in which the library helps less, or not at all.
  *
- * JOINT_HINDSIGHT=1 compares with the best of several constant widths for each scenario as well,
- * which nobody can know beforehand. JOINT_TRIALS=2 is for processors whose emulation takes long. */
+ * JOINT_HINDSIGHT=1 also compares with the best of several constant widths for each scenario, which
+ * is unknown in practice. JOINT_TRIALS=2 shortens the run on slowly emulated processors. */
 #include "loop.h"
 #include "params.h"
 #include "sine.h"
@@ -17,7 +17,7 @@
 
 #define RAD_TO_ARCSEC 206264.81f
 #define STEPS_PER_TICK 4     /* TICK_S / PLANT_STEP_S */
-#define LEANED_RAD 8e-4f     /* what the load did before power-up */
+#define LEANED_RAD 8e-4f     /* motion of the load before power-up */
 #define FULL_SWING_NM 40.0f  /* rated torque */
 #define GAUGE_TORQUE_NM 1.6f /* 4 % of it, where catalogues state lost motion */
 #define GAUGE_STEP_NM 0.05f

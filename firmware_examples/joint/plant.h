@@ -1,14 +1,14 @@
-/* The simulated joint: motor, reducer, load, encoders. It knows nothing of the library.
+/* The simulated joint: motor, reducer, load, encoders. It is independent of the library.
  *
- * The reducer is angle-driven, as a real one is: its torque follows from how far the output has
- * been turned against the motor, and from how it got there.
+ * The reducer is angle-driven, like a real one: its torque follows from the rotation of the output
+ * relative to the motor and from its history.
  *
  *     torque = spring(x) + sum F_i + damping x'      x = output angle - motor angle / ratio
  *     F_i    = clip(F_i + k_i dx, -limit_i, limit_i) Maxwell elements: spring and slider
  *     spring: soft while the radial gap closes, then a hardening cubic
  *
- * The library models the same thing the other way round, torque-driven, with play operators and
- * straight lines, and receives none of the numbers below: it gets what a test bench measures.
+ * The library uses the inverse model, torque-driven, with play operators and straight lines. It
+ * does not use the numbers below; its parameters are fitted to measurements of a test bench.
  *
  * Single precision throughout, no libm, semi-implicit Euler steps of PLANT_STEP_S.
  */

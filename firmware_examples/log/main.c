@@ -1,7 +1,7 @@
-/* The controller over recorded loops: what it would have corrected, and the error of the output
- * without and with it. `lostmotion demo` writes log.h and params.h and reads what this prints: a
- * line for each run with the rms error without and with the correction [arcsec], and last the
- * CRC-32 of every bit that came out, the same as `lostmotion replay` finds. */
+/* Runs the controller on recorded loops and computes the error of the output without and with its
+ * correction. `lostmotion demo` writes log.h and params.h and reads the output: one line per run
+ * with the rms error without and with the correction [arcsec], then the CRC-32 of all results,
+ * which equals that of `lostmotion replay`. */
 #include <string.h>
 
 #include "bits.h"
@@ -15,7 +15,7 @@
 #define RAD_TO_ARCSEC 206264.81f
 
 typedef struct score {
-  float zero_rad; /* of the recording, where the model fits best */
+  float zero_rad; /* zero of the recording for the best fit of the model */
   float before;   /* sums of squares [arcsec^2] */
   float after;
 } score;

@@ -1,23 +1,23 @@
-/* A position loop that closes on an encoder at the output, velocity loop on the motor.
+/* A position loop on the output encoder with a velocity loop on the motor.
  *
- * The encoder sees the lost motion, and the loop corrects it by itself, as fast as it is. Not
- * corrected are the moments in which the load turns round and the motor has to cross the lost
- * motion. There the model knows before the encoder does how fast the motor has to go. Its rate is
- * added to the velocity that the motor is commanded, its acceleration to that, and nothing to the
- * position.
+ * The encoder measures the lost motion, and the loop corrects it within its bandwidth. It is too
+ * slow when the load reverses and the motor must cross the lost motion. The model predicts the
+ * required motor velocity before the encoder measures an error. The rate of the correction is
+ * added to the commanded motor velocity and its acceleration to the commanded acceleration;
+ * nothing is added to the position.
  *
- * Runs the joint of ../joint both without and with that, and in the way that is wrong: with the
- * correction added to the commanded position, off which the output then stands by all of it. The
- * exit code is 0 where the rate helps and the mistake shows. */
+ * Runs the joint of ../joint without and with the rate, and with a typical mistake: the correction
+ * added to the commanded position, which makes the output deviate by the whole correction. The
+ * exit code is 0 if the rate reduces the error and the mistake increases it. */
 #include "../joint/motion.h"
 #include "../joint/params.h"
 #include "../joint/sine.h"
 #include "target.h"
 
-#define POSITION_GAIN 60.0f  /* 1/s: an encoder beyond a soft gear allows no more */
+#define POSITION_GAIN 60.0f  /* 1/s: limited by the compliance between motor and output encoder */
 #define VELOCITY_GAIN 220.0f /* N*m*s/rad */
 #define INTEGRAL_RATE 30.0f  /* 1/s */
-#define ROTOR_INERTIA 0.62f  /* what commissioning found; the plant's own numbers are others */
+#define ROTOR_INERTIA 0.62f  /* as identified at commissioning; differs from the plant */
 #define ROTOR_FRICTION 2.4f
 #define ROTOR_VISCOUS 3.0f
 #define ROTOR_REVERSAL_RAD_S 0.02f

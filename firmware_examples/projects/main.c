@@ -1,4 +1,4 @@
-/* The program of the projects for CMake and make: the axis through a day (../axis/story.c). */
+/* The program of the projects for CMake and make: a usual sequence of an axis (../axis/story.c). */
 #include <stdio.h>
 
 #include "../axis/story.h"

@@ -1,9 +1,9 @@
-/* Six axes of a robot, each with the parameters that its blob holds.
+/* Six axes of a robot, each with the parameters of its blob.
  *
- * A blob is not trusted: lm_load_parameters refuses what is damaged, of another version or beyond
- * the sizes that this program was built with. What it cannot know is whose parameters they are: a
- * program that knows which joint sits where compares the fingerprint. An axis whose blob is refused
- * is not started, corrects nothing and says so (LM_STATE_NOT_STARTED); its loop is not closed.
+ * Blobs are checked: lm_load_parameters rejects a blob that is damaged, of another version or
+ * larger than the sizes of this build. It cannot check that the parameters belong to the joint:
+ * compare the fingerprint for that. An axis whose blob is rejected is not started, corrects nothing
+ * and reports LM_STATE_NOT_STARTED; its loop is not closed.
  *
  * Prints the RAM of six axes; the exit code is the number of the check that failed. */
 #include "lostmotion/runtime.h"

@@ -97,9 +97,9 @@ typedef struct lm_clearance_end {
   lm_gap gap;
 } lm_clearance_end;
 
-/* The end of the overlap between two material angles less than a few degrees apart, at one of which
- * the flank overlaps (its gap is finite) and at the other not. At the end the gap jumps to
- * infinity, and it may have its minimum there. */
+/* End of the overlap between two material angles at most a few degrees apart: inside_rad, where the
+ * flank overlaps (finite gap), and outside_rad, where it does not. At the end the gap jumps to
+ * infinity; it may have its minimum there. */
 lm_clearance_end lm_find_overlap_end(const lm_mesh *mesh, lm_real inside_rad, lm_real outside_rad,
                                      int forward);
 

@@ -375,7 +375,7 @@ Chosen: a fifth of a tooth, far beyond any noise and short of the next whole one
 """
 
 SIDE_LEAST = 2
-"""Runs on either side: what a single run does no other run can confirm.
+"""Least number of runs on either side of a step: a change in a single run cannot be confirmed.
 
 Derived: one run confirms nothing.
 """

@@ -1,7 +1,7 @@
-// The axis through a day, reported over the serial port.
+// A usual sequence of an axis, reported over the serial port.
 //
 // Install the library: python lib/amalgamate.py --arduino ~/Arduino/libraries/lostmotion
-// Arduino compiles what lies in a sketch's folder and no more, so copy into it:
+// Arduino compiles only the files in the folder of a sketch, so copy into it:
 //   firmware_examples/axis             as src/axis
 //   firmware_examples/joint/params.h   as src/joint/params.h, or the parameters of your joint
 //

@@ -212,8 +212,9 @@ class RestrictedLikelihood:
     def lowest(self, start: FloatArray) -> tuple[FloatArray, float]:
         """Maximum likelihood variances, and the value there.
 
-        Near zero the logarithm hides the slope, so that a step too far cannot return. The score
-        (Rao's test) shows the possible gain; from larger values the descent is regular.
+        Near zero the slope over the logarithm vanishes, and the descent cannot leave a value that
+        is too small. The score (Rao's test) shows the possible gain; from larger values the descent
+        is regular.
         """
         omega, value, slope = self.descend(start)
         score = -slope / omega

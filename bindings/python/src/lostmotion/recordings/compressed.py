@@ -27,7 +27,7 @@ AROUND_GZIP = 31
 
 
 def inflation_bound(size: int) -> int:
-    """Largest inflated size of compressed recordings of a size, in bytes."""
+    """Largest inflated size in bytes of compressed recordings of this compressed size."""
     return max(INFLATED_LEAST, INFLATION_MAX * size)
 
 

@@ -145,7 +145,7 @@ class Texts:
             return None
 
     def billionths(self) -> tuple[npt.NDArray[np.int64], Mask] | None:
-        """Read all cells as integers of a billionth; None where one has more digits."""
+        """Read all cells as integers in units of 1e-9; None if a cell has more decimals."""
         pc, pa = self.pc, self.pa
         parts = pc.extract_regex(self.text, DIGITS_OF_STAMP)
         known = self.mask(pc.is_valid(parts))

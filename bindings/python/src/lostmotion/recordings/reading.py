@@ -75,7 +75,7 @@ RATIO_EXPECTED = (
 """What a recording of two angles needs."""
 
 LEADING = {"torque", "input_angle", "output_angle", "lost_motion", "motor_torque", "motor_current"}
-"""Quantities of which the slowest gives the rows of joined columns."""
+"""Quantities of which the slowest defines the rows of joined columns."""
 
 MISSING_ACTION = "only other runs have the column; not used"
 """Action for a quantity that only some runs have."""

@@ -51,7 +51,7 @@ NUL_CELL = "NUL"
 """Replacement of a cell with NULs."""
 
 JOINED_MAX = 8
-"""Lines that a field in quotes may go over."""
+"""Largest number of lines of a quoted field."""
 
 
 class TextTable:

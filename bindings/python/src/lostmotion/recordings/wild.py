@@ -44,37 +44,43 @@ BoolArray = npt.NDArray[np.bool_]
 IntArray = npt.NDArray[np.intp]
 
 OWN_DEVIATIONS = 12.0
-"""What stands out of the lost motion over the torque also stands out of its own column's noise, by
-so many standard deviations: the estimated torques of motor drives have tails that reach 10."""
+"""A burst in the lost motion over the torque must also exceed the noise of its own column by this
+number of standard deviations: torques estimated by motor drives have tails up to 10.
+"""
 
 CATEGORIES = ("direction",)
 """Categorical columns, without distances between values."""
 
 OWN_SHARE = 0.5
-"""A burst in lost motion and torque at once is a load: less this share of it must be left. A column
-that came back is nearer than this share of the burst to where it was."""
+"""Share of a burst. If lost motion and torque deviate together and less than this share remains,
+the burst is a load. A column has returned if it differs from its previous value by less than this
+share.
+"""
 
 BEYOND_SHARE = 0.5
 """Share of a burst by which it exceeds the values on both sides."""
 
 FOLLOWED_SHARE = 0.2
-"""Share of one that the other must follow to be a load, whatever the curve makes of it."""
+"""Share of the deviation of one quantity that the other must follow for a load, independently of
+the curve.
+"""
 
 COUNTS = 2.0
 """Departures up to this number of encoder counts may be rounding."""
 
 DEPARTURE = 10.0
-"""A departure is so many times what the curve leaves of three quarters of the samples. Hysteresis,
-temperature and a lag of a sample stay within three."""
+"""A departure exceeds the 75 % quantile of the residual of the curve by this factor. Hysteresis,
+temperature and a lag of one sample stay below a factor of three.
+"""
 
 DEPARTED_MAX = 0.4
-"""Largest share of a run in departures: with two halves it is unknown which one departed."""
+"""Largest share of a run in departures: if it is half, it is unknown which half departed."""
 
 ERRATIC = 0.2
-"""Usual step within a departure, in shares of it, from which the readings jump about."""
+"""Usual step within a departure, as a share of it, above which the readings are erratic."""
 
 GAP = 2
-"""Readings between two of such a stretch that are within the others' range by chance."""
+"""Largest number of successive readings within such a stretch that are plausible by chance."""
 
 PLAUSIBLE = {"temperature": (-60.0, 200.0)}
 """Plausible range, in the unit of the quantity; a value outside it is a sensor fault. Greases are
