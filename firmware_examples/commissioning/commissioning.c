@@ -470,19 +470,6 @@ static commissioning_finding judge_torque(commissioning *run, int k) {
                                                  : COMMISSIONING_TORQUE_SCALE;
 }
 
-/* Greatest slope of the model's curve, rad/(N*m). */
-static float greatest_slope(const lm_parameters *parameters) {
-  const lm_curve *curve = &parameters->curve;
-  float most = 0;
-  int32_t i;
-  for (i = 1; i < curve->count; ++i) {
-    float slope = (curve->angle_rad[i] - curve->angle_rad[i - 1]) /
-                  (curve->torque_Nm[i] - curve->torque_Nm[i - 1]);
-    most = slope > most ? slope : most;
-  }
-  return most;
-}
-
 /* Signal 0 is the lost motion that was measured, or without an encoder at the output the torque by
  * the motor's current; 1 the model's lost motion; 2 the torque that was passed; 3 the error of the
  * correction. */
@@ -491,10 +478,11 @@ static void judge_shake(commissioning *run) {
   float seen_rad = SEEN_NOISES * noise_rad(run);
   float model_rad = amplitude(run, 1);
   float missed_rad = amplitude(run, 3);
-  int seen = run->has_output
-                 ? amplitude(run, 0) > seen_rad
-                 : amplitude(run, 0) > SEEN_FRICTIONS * run->set.friction_Nm &&
-                       amplitude(run, 0) * greatest_slope(run->set.parameters) > seen_rad;
+  int seen =
+      run->has_output
+          ? amplitude(run, 0) > seen_rad
+          : amplitude(run, 0) > SEEN_FRICTIONS * run->set.friction_Nm &&
+                amplitude(run, 0) * lm_find_greatest_slope(&run->set.parameters->curve) > seen_rad;
   if (seen) {
     finding = judge_torque(run, run->has_output ? 1 : 2);
   } else if (run->has_output && model_rad > 2 * seen_rad) {
@@ -618,7 +606,7 @@ static void sweep(commissioning *run, const commissioning_input *now, commission
   }
   run->tick += 1;
   if (run->tick > t.length) {
-    run->found = amplitude(run, 0) / rad * greatest_slope(p) *
+    run->found = amplitude(run, 0) / rad * lm_find_greatest_slope(&p->curve) *
                  followed_share(t.rate_per_s, p->limits.response_per_s);
     if (run->found > LOOP_GAIN) {
       end(run, COMMISSIONING_TORQUE_LOOP);

@@ -138,11 +138,3 @@ lm_real lm_find_greatest_slope(const lm_curve *curve) {
   }
   return slope;
 }
-
-void lm_run_curve(const lm_curve *curve, const lm_real *torque_Nm, int64_t count,
-                  lm_real *angle_rad) {
-  int64_t i;
-  for (i = 0; i < count; ++i) {
-    angle_rad[i] = lm_evaluate_curve(curve, torque_Nm[i]);
-  }
-}

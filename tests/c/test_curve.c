@@ -192,16 +192,6 @@ static void a_damaged_curve_is_found_out(void) {
   TEST_ASSERT_EQUAL(LM_INCONSISTENT, lm_check_curve(&curve, &fault));
 }
 
-static void a_recording_is_the_single_evaluations(void) {
-  lm_real t[] = {-30, 0, 3, 26};
-  lm_real a[4];
-  int i;
-  lm_run_curve(&curve, t, 4, a);
-  for (i = 0; i < 4; ++i) {
-    TEST_ASSERT_TRUE(a[i] == lm_evaluate_curve(&curve, t[i]));
-  }
-}
-
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(the_curve_passes_through_its_knots);
@@ -212,6 +202,5 @@ int main(void) {
   RUN_TEST(flat_pieces_invert_to_their_upper_end);
   RUN_TEST(nonsense_is_refused_by_name);
   RUN_TEST(a_damaged_curve_is_found_out);
-  RUN_TEST(a_recording_is_the_single_evaluations);
   return UNITY_END();
 }

@@ -80,10 +80,6 @@ lm_real lm_invert_curve(const lm_curve *curve, lm_real angle_rad);
 lm_real lm_find_least_slope(const lm_curve *curve);
 lm_real lm_find_greatest_slope(const lm_curve *curve);
 
-/* Angles [rad] at `count` torques [N*m]; the arrays may be the same. */
-void lm_run_curve(const lm_curve *curve, const lm_real *torque_Nm, int64_t count,
-                  lm_real *angle_rad);
-
 LM_END_DECLS
 
 #endif

@@ -130,11 +130,8 @@ class DesignModel:
         self.drive = structs.make_drive(design, bits)
         c = self.core
         self._workspace = c.ffi.new("lm_design_workspace *")
-        self._call(
-            lambda fault: c.lib.lm_prepare_meshes(
-                self.drive, c.lib.LM_NEUTRAL_LINE_NODES, self._workspace, fault
-            )
-        )
+        nodes = c.lib.LM_NEUTRAL_LINE_NODES
+        self._call(partial(c.lib.lm_prepare_meshes, self.drive, nodes, self._workspace))
 
     def _call(self, call: Callable[[Any], int]) -> None:
         """Make a call; errors refer to the design, except for arguments of the caller."""
@@ -208,7 +205,7 @@ class DesignModel:
         c = self.core
         torque = c.array(np.atleast_1d(torque_Nm))
         pieces = np.array_split(torque, max(1, -(-torque.size // c.lib.LM_TORQUES_MAX)))
-        table = np.concatenate([self._contributions(piece, phase_rad) for piece in pieces])
+        table = np.concatenate([self._evaluate(piece, phase_rad) for piece in pieces])
         return DesignCurve(
             torque,
             table["total_rad"],
@@ -219,36 +216,20 @@ class DesignModel:
             table["friction_half_width_rad"],
         )
 
-    def _contributions(self, torque_Nm: Array, phase_rad: float) -> Array:
+    def _evaluate(self, torque_Nm: Array, phase_rad: float, state: Any = None) -> Array:
         """Contributions for a number of torques that the library accepts in one call."""
         c = self.core
         torque = np.ascontiguousarray(torque_Nm)
         found = c.ffi.new("lm_contributions[]", max(1, torque.size))
-        self._call(
-            lambda fault: c.lib.lm_evaluate_torsion_curve(
-                self.drive,
-                phase_rad,
-                c.pointer(torque),
-                torque.size,
-                found,
-                c.ffi.NULL,
-                self._workspace,
-                fault,
-            )
-        )
+        here = (self.drive, phase_rad, c.pointer(torque), torque.size)
+        state = c.ffi.NULL if state is None else state
+        self._call(partial(c.lib.lm_evaluate_torsion_curve, *here, found, state, self._workspace))
         return c.records(found, torque.size).copy()
 
     def mesh_state(self, phase_rad: float = 0.0) -> dict[str, float]:
         """Return values that do not depend on the torque: free play, flank angle, radial gap ..."""
-        c = self.core
-        torque = c.array([self.rated_torque_Nm])
-        found = c.ffi.new("lm_contributions[]", 1)
-        state = c.ffi.new("lm_mesh_state *")
-        self._call(
-            lambda fault: c.lib.lm_evaluate_torsion_curve(
-                self.drive, phase_rad, c.pointer(torque), 1, found, state, self._workspace, fault
-            )
-        )
+        state = self.core.ffi.new("lm_mesh_state *")
+        self._evaluate(self.core.array([self.rated_torque_Nm]), phase_rad, state)
         return {name: getattr(state, name) for name in dir(state)}
 
     def reversal_lost_motion(
@@ -268,11 +249,8 @@ class DesignModel:
             drive.tolerance_count = 0
             drive.gap.generator_mm, drive.gap.teeth_mm = 0.0, gap_mm
         one = c.ffi.new("lm_real *")
-        self._call(
-            lambda fault: c.lib.lm_reversal_lost_motion(
-                drive, phase_rad, torque_Nm, one, self._workspace, fault
-            )
-        )
+        where = (drive, phase_rad, torque_Nm, one, self._workspace)
+        self._call(partial(c.lib.lm_reversal_lost_motion, *where))
         return float(one[0])
 
     def checks(self) -> list[Check]:
