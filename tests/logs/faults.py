@@ -197,7 +197,12 @@ def stretch_faults(name: str) -> list[Fault]:
             finding=found,
             less=_without(held[:LONG]),
         ),
-        Fault(f"{name}: a stale value, once", _with(clean(), name, [at], [cells[at - 1]]).text()),
+        Fault(
+            f"{name}: a stale value, once",
+            _with(clean(), name, [at], [cells[at - 1]]).text(),
+            finding=found if name in ("torque_Nm", "output_angle_rad") else (),
+            less=_without([at]),
+        ),
         Fault(
             f"{name}: missing for {STUCK // 2} samples",
             _with(clean(), name, held[: STUCK // 2], [""] * (STUCK // 2)).text(),

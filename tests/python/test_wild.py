@@ -10,6 +10,7 @@ import pytest
 from conftest import DATA
 from lostmotion.recordings import Campaign, Run, read_campaign, say_findings
 from lostmotion.recordings.bursts import bursts
+from lostmotion.recordings.frozen import frozen_rows
 from lostmotion.recordings.wild import set_wild_aside
 from lostmotion.units import ARCSEC
 
@@ -194,6 +195,20 @@ def test_what_cannot_jump_is_set_aside_however_long_it_is_away(
     unknown = np.flatnonzero(np.isnan(data.runs[0].columns[name]))
     np.testing.assert_array_equal(unknown, np.arange(300, 300 + aside))
     assert sum(finding.count for finding in data.findings) == aside
+
+
+@pytest.mark.parametrize("name", ["torque", "lost_motion"])
+def test_a_single_reading_that_came_late_is_set_aside(name: str) -> None:
+    rng = np.random.default_rng(7)
+    torque = loops(400, 40, "triangle", rng) + 0.002 * rng.normal(size=400)
+    lost = (wound(torque, 2.0) + 0.3 * rng.normal(size=400)) * ARCSEC
+    columns = {"torque": torque, "lost_motion": lost}
+    assert not frozen_rows(columns, None)
+    columns[name][215] = columns[name][214]
+    (found,) = frozen_rows(columns, None).items()
+    assert (found[0], np.flatnonzero(found[1]).tolist()) == (name, [215])
+    columns[name][100::4] = columns[name][99:-1:4]  # now as a slower sensor does
+    assert not frozen_rows(columns, None)
 
 
 def test_several_wild_values_close_together_are_all_set_aside() -> None:

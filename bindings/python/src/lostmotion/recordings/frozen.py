@@ -5,7 +5,8 @@ as the fault, so it is not a burst, and each reading is plausible. Three signs t
 channel repeats its readings only there; the other channel covers a large part of its range
 meanwhile; and at the end only this reading jumps to the present state of the drive, or the other
 channel covers half its range, nothing turns, and the drive has returned. A held load repeats as
-well, but the drive is at rest or jumps with it; a coarse encoder repeats always.
+well, but the drive is at rest or jumps with it; a coarse encoder repeats always. A single reading
+that came late repeats the last one while the other channel goes half of its way (`late_readings`).
 """
 
 from __future__ import annotations
@@ -16,12 +17,25 @@ from collections.abc import Mapping
 import numpy as np
 import numpy.typing as npt
 
+from lostmotion.recordings.bursts import local_noise
+
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
 IntArray = npt.NDArray[np.intp]
 
 FROZEN_LEAST = 8
-"""Least number of readings of a frozen section; a shorter one is treated as a burst."""
+"""Least number of readings of a frozen section; a shorter one is treated as a burst, or by
+`late_readings`."""
+
+REPEATED_MAX = 0.01
+"""Largest share of repeated readings of a channel in which one of them can be called late."""
+
+HALFWAY = (0.25, 0.75)
+"""Share of the way over two steps that the other channel goes in the first of them."""
+
+LATE_DEVIATIONS = 12.0
+"""The same two steps exceed the noise of either channel so many times: estimated torques of motor
+drives have tails that reach 10."""
 
 CHANCE = 1e-6
 """Probability, from the share of repeated readings elsewhere in the run, below which a section of
@@ -64,6 +78,8 @@ def frozen_rows(columns: Mapping[str, FloatArray], ratio: float | None) -> dict[
             continue
         turned = columns.get("output_angle", np.zeros(other.size))[rows]
         marked = frozen(columns[name][rows], other[rows], swing, turned)
+        if swing is None:
+            marked |= late_readings(columns[name][rows], other[rows])
         if marked.any():
             found.setdefault(name, np.zeros(other.size, dtype=bool))[rows[marked]] = True
     return found
@@ -125,6 +141,25 @@ def frozen(
         still = float(np.ptp(turned_rad[begin:end])) < TURN_LEAST_RAD
         if moved >= swing and alone and (jumped or (still and moved > NO_JUMP_SWING * extent)):
             marked[begin + 1 : end] = True
+    return marked
+
+
+def late_readings(values: FloatArray, other: FloatArray) -> BoolArray:
+    """Mark single readings that repeat the last one while the other channel goes on its way.
+
+    Only in a channel that seldom repeats a reading: one of few values, or of a slower clock, does
+    so all the time.
+    """
+    marked = np.zeros(values.size, dtype=bool)
+    rows = np.flatnonzero(np.diff(values) == 0) + 1
+    if rows.size > REPEATED_MAX * values.size:
+        return marked
+    for row in rows[rows + 1 < values.size]:
+        way, other_way = (x[row + 1] - x[row - 1] for x in (values, other))
+        noise, other_noise = local_noise(values, row), local_noise(other, row)
+        if abs(way) > LATE_DEVIATIONS * noise and abs(other_way) > LATE_DEVIATIONS * other_noise:
+            share = (other[row] - other[row - 1]) / other_way
+            marked[row] = HALFWAY[0] <= share <= HALFWAY[1]
     return marked
 
 
