@@ -49,7 +49,11 @@ def misread(seed: int, folder: Path) -> str | None:
     except InputError as error:
         return "" if "angle" in str(error) else f"{log.about}: refused: {error}"
     kinds = {finding.kind for finding in campaign.findings}
-    open_runs = {finding.run for finding in campaign.findings if "either" in finding.action}
+    open_runs = {
+        finding.run
+        for finding in campaign.findings
+        if finding.kind == "jump" or "neither the ratio" in finding.action
+    }
     if campaign.rows != len(log.run):
         short = {
             run.label for run in campaign.runs if len(run) != np.count_nonzero(log.run == run.label)
