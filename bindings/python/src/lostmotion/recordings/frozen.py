@@ -5,8 +5,9 @@ as the fault, so it is not a burst, and each reading is plausible. Three signs t
 channel repeats its readings only there; the other channel covers a large part of its range
 meanwhile; and at the end only this reading jumps to the present state of the drive, or the other
 channel covers half its range, nothing turns, and the drive has returned. A held load repeats as
-well, but the drive is at rest or jumps with it; a coarse encoder repeats always. A single reading
-that came late repeats the last one while the other channel goes half of its way (`late_readings`).
+well, but the drive is at rest or jumps with it; a coarse encoder repeats always. A single torque
+that came late repeats the last one while the lost motion goes half of its way (`late_readings`); an
+angle that repeats may be a drive that friction holds.
 """
 
 from __future__ import annotations
@@ -78,7 +79,7 @@ def frozen_rows(columns: Mapping[str, FloatArray], ratio: float | None) -> dict[
             continue
         turned = columns.get("output_angle", np.zeros(other.size))[rows]
         marked = frozen(columns[name][rows], other[rows], swing, turned)
-        if swing is None:
+        if name == "torque":
             marked |= late_readings(columns[name][rows], other[rows])
         if marked.any():
             found.setdefault(name, np.zeros(other.size, dtype=bool))[rows[marked]] = True
@@ -145,7 +146,7 @@ def frozen(
 
 
 def late_readings(values: FloatArray, other: FloatArray) -> BoolArray:
-    """Mark single readings that repeat the last one while the other channel goes on its way.
+    """Mark single torques that repeat the last one while the other channel goes on its way.
 
     Only in a channel that seldom repeats a reading: one of few values, or of a slower clock, does
     so all the time.
