@@ -469,7 +469,7 @@ def test_an_encoder_that_stands_still_while_the_other_turns_is_reported(
         return {f.kind: (f.count, f.column) for f in campaign().findings}
 
     assert read() == {"stuck": (1100, f"{dead}_rad")}
-    with pytest.raises(InputError, match=f"{dead}_rad: .*stands still for 1100 of 2000 rows"):
+    with pytest.raises(InputError, match=f"{dead}_rad: .*constant reading for 1100 of 2000 rows"):
         check_encoders(campaign(), 100)
     angles[dead][1200:] = sound[1200:]
     assert read() == {"wild": (299, f"{dead}_rad"), "gap": (1, "time_s")}
