@@ -1,4 +1,4 @@
-"""What well-known tools say of the same campaigns: PySINDy, lasso, boosted trees.
+"""Results of well-known tools on the same campaigns: PySINDy, lasso, boosted trees.
 
 All are used as well as we know how. They get the residual of the baseline model fitted to all runs
 as one, run means removed, so that none of them has to find the torsion curve and the friction

@@ -1,5 +1,4 @@
-"""The compensator round an independent joint (tests/plant): one table at 1 and 10 kHz, and what the
-watch makes of 1000 hours of duty."""
+"""The compensator with an independent joint (tests/plant), and its watch over 1000 hours."""
 
 from __future__ import annotations
 

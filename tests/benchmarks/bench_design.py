@@ -1,4 +1,4 @@
-"""How fast is one whole design evaluation: the library against NumPy, plain and tuned.
+"""Time of one complete design evaluation: the library against NumPy, plain and tuned.
 
 One evaluation is the side clearances of both flanks at 8 tooth phases, the contributions at 33
 torques and all checks. All three run in turn in the same process, on one thread; medians of the

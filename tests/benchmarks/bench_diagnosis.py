@@ -1,4 +1,4 @@
-"""Diagnosis judged on campaigns of the rig: confusion table, how it falls off, other tools.
+"""Diagnosis on campaigns of the rig: confusion table, detection limits, other tools.
 
     cd tests
     python benchmarks/judging_suites.py CAMPAIGNS

@@ -1,4 +1,4 @@
-"""Diagnosis judged in laboratories of other make: law of friction by protocol, clean or one effect.
+"""Diagnosis in independent laboratories: law of friction by protocol, with one effect or none.
 
     cd tests
     python benchmarks/bench_laboratories.py --results FILE.jsonl [--count 1] [--seeds develop]

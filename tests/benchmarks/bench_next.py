@@ -1,4 +1,4 @@
-"""One more run for campaigns that end ambiguous: the suggested one, or one more of the same.
+"""One more run for ambiguous campaigns: the suggested one, or a repeated one.
 
     python benchmarks/bench_next.py CAMPAIGNS --results FILE.jsonl [--workers 2]
 

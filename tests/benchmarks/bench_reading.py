@@ -1,4 +1,4 @@
-"""A text of numbers read as a campaign, beside pyarrow's reader alone: time of each, and the ratio.
+"""Time to read a text as a campaign, compared with pyarrow's reader alone.
 
     python tests/benchmarks/bench_reading.py [MEGABYTES]
 

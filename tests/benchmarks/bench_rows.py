@@ -1,4 +1,4 @@
-"""What a row costs: campaigns diagnosed side by side in one run, per row against the demo's.
+"""Cost of a row: campaigns diagnosed in parallel in one run, per row, compared with the demo.
 
     python tests/benchmarks/bench_rows.py [DRIVE.toml DATA ...]
 

@@ -1,4 +1,4 @@
-"""The design search beside pymoo's NSGA-II and scipy's differential evolution, on the real model.
+"""The design search against pymoo's NSGA-II and SciPy's differential evolution, on the real model.
 
 Every method gets the same evaluator, with the same sampled drives and all limits, and the same
 number of evaluations; the seed is that of the method alone. NSGA-II and differential evolution call

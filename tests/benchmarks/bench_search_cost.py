@@ -1,4 +1,4 @@
-"""What the design search costs: a gradient, a look at other tolerances, the search, two cores.
+"""Cost of the design search: a gradient, an evaluation of other tolerances, the search, two cores.
 
     python tests/benchmarks/bench_search_cost.py [BUILD] [--spec NAME ...] [--evaluations N]
         [--repeats N]

@@ -1,4 +1,4 @@
-"""The campaigns that the figures of the documentation are about.
+"""Campaigns from which the figures of the documentation are computed.
 
     python benchmarks/judging_suites.py DIR [--seeds develop --share 0.1]
 

@@ -1,4 +1,4 @@
-"""One whole evaluation of a strain-wave drive design in NumPy and SciPy, as the theory prescribes.
+"""One complete evaluation of a strain-wave drive design in NumPy and SciPy, following the theory.
 
 It is what an engineer writes who takes the algorithms as they stand and writes them well: a table
 of the neutral line, for each tooth flank a grid of common radii with the points in arrays, for each

@@ -1,4 +1,4 @@
-"""How many verdicts move when a threshold of `rules.py` is changed by 30 % either way.
+"""Number of verdicts that change when a threshold of `rules.py` is changed by 30 %.
 
     cd tests
     python benchmarks/judging_suites.py CAMPAIGNS --seeds develop --share 0.1

@@ -1,4 +1,4 @@
-"""The form of the baseline model is the one that the drive has, whatever is hidden in it."""
+"""The selected form of the baseline model is that of the drive, regardless of hidden effects."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the benchmark of the diagnosis counts as right, and what it keeps."""
+"""Results that the benchmark of the diagnosis counts as correct, and those that it stores."""
 
 from __future__ import annotations
 

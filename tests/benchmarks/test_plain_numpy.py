@@ -1,4 +1,4 @@
-"""The plain NumPy evaluation is what the library computes, at the same accuracy."""
+"""The plain NumPy evaluation equals that of the library, at the same accuracy."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The benchmark that changes one threshold after the other, and its table."""
+"""The benchmark that changes one threshold at a time, and its table."""
 
 from __future__ import annotations
 

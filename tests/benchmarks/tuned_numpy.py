@@ -1,4 +1,4 @@
-"""One whole evaluation of a strain-wave drive design in NumPy and SciPy, tuned for speed.
+"""One complete evaluation of a strain-wave drive design in NumPy and SciPy, tuned for speed.
 
 It is how fast the evaluation gets without a compiler: arrays run over all teeth, phases and flank
 points at once, the take-up is followed from event to event, symmetry halves the work. plain_numpy

@@ -1,4 +1,4 @@
-"""What an answer of the diagnosis is worth, given what was hidden."""
+"""Score of a diagnosis, given the hidden effects."""
 
 from __future__ import annotations
 

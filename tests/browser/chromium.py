@@ -1,4 +1,4 @@
-"""The browser of the tests: where it is, and a page opened in it without clicks."""
+"""The browser of the tests: its path, and a page opened in it without clicks."""
 
 from __future__ import annotations
 

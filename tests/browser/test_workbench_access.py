@@ -1,4 +1,4 @@
-"""Who may ask the workbench, what it gives away, and what it leaves behind."""
+"""Access to the workbench: permitted requests, disclosed data, and files left behind."""
 
 from __future__ import annotations
 

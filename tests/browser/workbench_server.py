@@ -1,4 +1,4 @@
-"""The workbench as a process, and what asks it without a browser."""
+"""The workbench as a process, and requests to it without a browser."""
 
 from __future__ import annotations
 

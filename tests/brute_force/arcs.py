@@ -1,4 +1,4 @@
-"""Flanks of two arcs with a common tangent, and what such a tooth leaves of a rigid gear.
+"""Flanks of two arcs with a common tangent, and the envelope of such a tooth on a rigid gear.
 
 The arcs are drawn from their centres and the tangent is looked for as a line at the distance of one
 radius from each. The conjugate flank is made as a slotting tool would: the tooth is put on the

@@ -1,4 +1,4 @@
-"""A cup, a rim and a tooth by finite elements (scikit-fem): no formula of the library.
+"""A cup, a rim and a tooth by finite elements (scikit-fem), independent of the library's formulas.
 
 Twist of a cup: with u = r psi the only displacement of torsion about an axis, the energy is
 pi G times the integral of r^3 |grad psi|^2 over the section. Deflection of a rim: plane stress in a

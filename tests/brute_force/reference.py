@@ -1,4 +1,4 @@
-"""The drive of the published values."""
+"""The drive to which the published values apply."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A thin ring on discrete springs by Rayleigh and Ritz: how far it gives where it is not held.
+"""A thin ring on discrete springs by Rayleigh and Ritz: its deflection between the supports.
 
 The radial displacement is a sum of even waves, which both lobes share; its energy and that of the
 springs is least. Neither the closed form of the free ring nor its constraint by forces is used.

@@ -1,4 +1,4 @@
-"""From one's own CSV and no drive file to the first answer: the commands of the README, typed."""
+"""From a CSV file without a drive file to the first result: the commands of the README."""
 
 from __future__ import annotations
 

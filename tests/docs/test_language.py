@@ -1,4 +1,4 @@
-"""What people read is in the words of the glossary, and pages avoid a list of idioms.
+"""Texts for readers use the words of the glossary, and pages avoid a list of idioms.
 
 The words are looked for in the pages, in every string of several words, docstring and comment; what
 stands between backquotes is a name.

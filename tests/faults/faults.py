@@ -1,4 +1,4 @@
-"""Commands in a world that fails: killed, out of disk, unwritable, signalled, two at once.
+"""Commands under failures: killed, disk full, folder not writable, signals, two at once.
 
 After every fault an output is the old file whole or the new file whole, and what a living command
 says is one line. Prints how many faults there were of each kind.

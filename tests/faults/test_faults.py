@@ -1,4 +1,4 @@
-"""A fault of each kind for two quick commands; faults.py itself does many, of every command."""
+"""A fault of each kind for two quick commands; faults.py covers every command."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Builds the runtime for every controller at hand and measures it under QEMU.
+"""Builds the runtime for every installed target and measures it under QEMU.
 
     measure.py golden        the same bits on every target
     measure.py cost          instructions, flash, RAM, stack and symbols against their limits

@@ -1,4 +1,4 @@
-"""What a test needs of the machine; where it is missing the test is left out and states why."""
+"""Requirements of a test on the machine; if one is missing, the test is skipped with the reason."""
 
 from __future__ import annotations
 

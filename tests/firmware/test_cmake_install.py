@@ -1,4 +1,4 @@
-"""The way of a firmware engineer: installed with the project's own toolchain file, then found."""
+"""The library is installed with the toolchain file of a project, then found by the project."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The examples run on every controller at hand, and the same there as on this machine."""
+"""The examples run on every installed target, with the same results as on this machine."""
 
 from __future__ import annotations
 

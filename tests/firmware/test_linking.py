@@ -1,4 +1,4 @@
-"""What a linker takes of the library that does nothing with unused sections."""
+"""Parts of the library that are linked if the linker does not remove unused sections."""
 
 from __future__ import annotations
 

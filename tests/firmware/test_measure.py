@@ -1,4 +1,4 @@
-"""The runtime's bits and cost on every controller at hand, against the stated limits."""
+"""Results and cost of the runtime on every installed target, against the stated limits."""
 
 from __future__ import annotations
 

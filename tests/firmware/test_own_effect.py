@@ -1,4 +1,4 @@
-"""A user's own effect goes from a formula in Python to the controller without another hand."""
+"""A user's own effect, from a formula in Python to the controller without manual steps."""
 
 from __future__ import annotations
 

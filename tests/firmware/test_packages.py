@@ -1,4 +1,4 @@
-"""lib/ as PlatformIO, ESP-IDF, Zephyr and Arduino take it: each package is made and then built."""
+"""lib/ as a package for PlatformIO, ESP-IDF, Zephyr and Arduino: each is made and then built."""
 
 from __future__ import annotations
 

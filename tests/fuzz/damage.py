@@ -1,4 +1,4 @@
-"""Ways to damage a file: its meaning, its text, its packing, its path."""
+"""Ways to damage a file: its values, its text, its compression, its path."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Damaged inputs through every command: a right answer, or status 2 with one clear line.
+"""Damaged inputs to every command: a correct result, or status 2 with one clear line.
 
 Each case takes sound files (a bought drive, a drawn one, a recording), damages one of them or an
 option, and runs a command on them. What may come of it:

@@ -1,4 +1,4 @@
-"""Evidence of somebody else: values changed under a right checksum, merged and judged.
+"""Evidence from elsewhere: values changed under a correct checksum, then merged and judged.
 
 Every case is refused in one line or gives finite numbers. Prints how many there were.
 """

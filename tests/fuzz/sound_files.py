@@ -1,4 +1,4 @@
-"""Sound files of every kind that a command reads, before any damage."""
+"""Undamaged files of every kind that a command reads."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a dress is: files as a program writes them, and what is to come of them."""
+"""A dress: files as a program writes them, and the expected result."""
 
 from __future__ import annotations
 

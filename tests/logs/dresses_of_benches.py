@@ -1,4 +1,4 @@
-"""Exports of test benches, historians and controllers, and clocks of their own."""
+"""Exports of test benches, historians and controllers with their own clocks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Compressed files, Parquet, names of files."""
+"""Compressed files, Parquet, file names."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Files in the manner of instruments and programs: what stands round the table, and their names."""
+"""Files in the formats of instruments and programs: text around the table, and file names."""
 
 from __future__ import annotations
 

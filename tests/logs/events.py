@@ -1,4 +1,4 @@
-"""What really happens, quick as it is: not to be set aside as if a sensor had failed."""
+"""Real events that are fast: they must not be set aside as sensor faults."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Single faults: one thing wrong in one column, or with one line, of the clean campaign."""
+"""Single faults: one error in one column or one line of the clean campaign."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Files of up to 5 MB that no logger wrote: an answer in 10 s, within 2 GiB of addresses."""
+"""Files of up to 5 MB that no logger writes: a result within 10 s and 2 GiB of address space."""
 
 from __future__ import annotations
 

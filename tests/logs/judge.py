@@ -1,4 +1,4 @@
-"""Commands run on a log, and what they answer beside what the clean copy answers."""
+"""Commands run on a log, and their results compared with those of the clean copy."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every dress and every fault has the clean copy's answer, or is refused with a reason.
+"""Every dress and every fault has the result of the clean copy, or is refused with a reason.
 
 Here each dress goes through `check`, every fourth through `compare` too, and every fourth fault
 through both; `python -m logs`, a step of ``./dev check``, takes all through all four commands.

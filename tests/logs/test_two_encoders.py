@@ -1,4 +1,4 @@
-"""Reading touches no lost motion that is continuous, and never misreads one that is wrapped."""
+"""Reading does not change a continuous lost motion, and never misreads a wrapped one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What reading makes of the generated logs of two encoders."""
+"""Results of reading the generated logs of two encoders."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The list of MISRA deviations is whole, and what it does not cover is found."""
+"""The list of MISRA deviations is complete, and violations not listed are found."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is given away: no code under another licence than stated, notices, the same bytes."""
+"""Contents of the release: only code under the stated licences, notices, reproducible bytes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The Python packages: an sdist that carries the library, a wheel for every Python from 3.10 on."""
+"""The Python packages: an sdist that contains the library, a wheel for every Python from 3.10."""
 
 from __future__ import annotations
 

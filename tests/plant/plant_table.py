@@ -1,4 +1,4 @@
-"""The compensator on a joint of its own equations: build it, fit it, run every case.
+"""The compensator on a joint with independent equations: build, fit, run every case.
 
 The way of the product: the plant's bench recording is fitted by ``lostmotion fit``, exported by
 ``lostmotion export`` with nothing stated but the period, and loaded as a blob.

@@ -1,4 +1,4 @@
-"""The figures of the safety note are what its command measures."""
+"""The figures of the safety note equal those that its command measures."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The compensator round an independent joint: every case at 1 and at 10 kHz."""
+"""The compensator with an independent joint: every case at 1 and at 10 kHz."""
 
 from __future__ import annotations
 

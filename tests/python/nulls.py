@@ -1,4 +1,4 @@
-"""What tests of nulls share: how many false alarms one may see, and linear data of many runs."""
+"""Helpers of the tests of nulls: permitted false alarms, and linear data of many runs."""
 
 from __future__ import annotations
 

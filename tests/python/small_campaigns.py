@@ -1,4 +1,4 @@
-"""Small campaigns made here, for tests of everything that reads some."""
+"""Small generated campaigns for tests."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A small design search, written as a spec, and what a search of it leaves."""
+"""A small design search, written as a spec, and its output files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The cheapest grades that keep a target of the lost motion, against every combination."""
+"""The cheapest grades that meet a target of the lost motion, against every combination."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Asynchronous channels: one that repeats its values, and an angle that is older than the other."""
+"""Asynchronous channels: one that repeats its values, and an angle that is delayed."""
 
 from __future__ import annotations
 

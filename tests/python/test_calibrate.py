@@ -1,4 +1,4 @@
-"""Support constants found from a sheet or a fit, and taken along by searches."""
+"""Support constants from a data sheet or a fit, and their use in searches."""
 
 from __future__ import annotations
 

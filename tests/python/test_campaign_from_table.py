@@ -1,4 +1,4 @@
-"""Data in memory: what is read from a file is read from a table, with the same findings."""
+"""A table in memory is read like a file, with the same findings."""
 
 from __future__ import annotations
 

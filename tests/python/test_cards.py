@@ -1,4 +1,4 @@
-"""What is known of an effect is on its card: nothing else in the package names one."""
+"""All data of an effect are on its card: nothing else in the package names an effect."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A bought drive in reduced form keeps what the catalogue says and states what it assumes."""
+"""A catalogue drive in reduced form keeps the values of the catalogue and states its assumptions."""
 
 from __future__ import annotations
 

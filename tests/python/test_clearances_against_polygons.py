@@ -1,4 +1,4 @@
-"""Clearances of the library against tooth polygons that are turned until they touch.
+"""Clearances of the library against tooth polygons that are rotated until they touch.
 
 The polygons share no formula with the library (tests/brute_force). The designs are drawn at random
 over modules, pressure angles, shifts, tooth numbers, rims and generators; none of them is in a

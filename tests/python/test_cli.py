@@ -1,4 +1,4 @@
-"""The command: statuses, one line for bad input, JSON answers, files whole or not at all."""
+"""The command: exit status, one line for bad input, JSON output, files complete or absent."""
 
 from __future__ import annotations
 

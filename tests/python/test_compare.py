@@ -1,4 +1,4 @@
-"""Comparison: what was put into a synthetic campaign is found again, and nothing else."""
+"""Comparison: only the deviations of a synthetic campaign are found."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Damaged inputs: a right answer or status 2 with one clear line, and nothing written.
+"""Damaged inputs: a correct result, or status 2 with one clear line and no output file.
 
 The cases come from tests/fuzz/damaged_inputs.py, which runs as many as one likes. Below them stands
 each kind of damage that once led to something else.

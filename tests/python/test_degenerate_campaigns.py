@@ -1,4 +1,4 @@
-"""Campaigns with next to nothing in them: every command answers, or refuses in one line.
+"""Campaigns with hardly any data: every command gives a result or refuses in one line.
 
 A side calculation (a root, an inverse, the logarithm of an estimate, a picture) that has no answer
 must never take the answer of its command with it.

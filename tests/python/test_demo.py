@@ -1,4 +1,4 @@
-"""The demonstration tells the whole story, and every number of it is what the commands say."""
+"""The demonstration is complete, and every number of it equals that of the commands."""
 
 from __future__ import annotations
 

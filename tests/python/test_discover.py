@@ -1,4 +1,4 @@
-"""Discovery from recordings to the answer, on small campaigns made here."""
+"""Discovery from recordings to the result, on small generated campaigns."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What counts as evidence: classes of runs, effects that few runs show, what acts on the torque."""
+"""Evidence: classes of runs, effects visible in few runs, effects that act on the torque."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The statistical routines of discovery on data whose truth is known: nulls and recoveries."""
+"""The statistical routines of discovery on data with a known truth: nulls and recoveries."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What leaves the computer for a drawing: profiles with fillets, measures, files."""
+"""Output for drawings: profiles with fillets, measures, files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Drive files: every doubt is refused with file, key, found and expected; what is read is kept."""
+"""Drive files: errors are refused with file, key, found and expected; values read are kept."""
 
 from __future__ import annotations
 

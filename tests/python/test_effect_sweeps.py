@@ -1,4 +1,4 @@
-"""Effects over a campaign: all runs in one call give the bits of one call a run."""
+"""Effects over a campaign: one call for all runs gives the same bits as one call per run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Encoders: what is continuous stays bit for bit, what was lost comes back, the rest is reported.
+"""Encoders: continuous readings stay unchanged, lost turns are restored, the rest is reported.
 
 Thousands of logs are made here, each from a motion of the output, a lost motion and two encoders.
 """

@@ -1,4 +1,4 @@
-"""Variables at an end of their range are listed with their price."""
+"""Variables at a bound of their range are listed with their price."""
 
 from __future__ import annotations
 

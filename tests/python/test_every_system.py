@@ -1,4 +1,4 @@
-"""The package calls nothing that only one system has, and no text depends on a system's locale."""
+"""The package uses no function of a single operating system, and no text depends on the locale."""
 
 from __future__ import annotations
 

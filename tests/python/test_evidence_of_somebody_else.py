@@ -1,4 +1,4 @@
-"""Evidence whose checksum is right and whose values are not: one line, and no result."""
+"""Evidence with a correct checksum and wrong values: one line, and no result."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Parameters for the controller: what a drive file says arrives in the library's own struct."""
+"""Parameters for the controller: the values of a drive file arrive in the library's struct."""
 
 from __future__ import annotations
 

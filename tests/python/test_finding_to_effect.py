@@ -1,4 +1,4 @@
-"""A finding without a name comes with a formula that ``fit --add`` takes as it is printed."""
+"""An unnamed finding includes a formula that ``fit --add`` accepts as printed."""
 
 from __future__ import annotations
 

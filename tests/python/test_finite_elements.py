@@ -1,4 +1,4 @@
-"""Torsion of the cup and deflection of the rim against finite elements of somebody else's solver.
+"""Torsion of the cup and deflection of the rim against an independent finite element solver.
 
 Bounds: the closed forms are those of thin walls, so they may differ by what the corner of cup and
 diaphragm and the thickness bring: 0.5 % of the stiffness of usual cups, 2 % of a thick one, 0.5 %

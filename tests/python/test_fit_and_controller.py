@@ -1,4 +1,4 @@
-"""What `fit` adds to a drive is what its controller computes: every effect, in float32."""
+"""The controller computes what `fit` adds to a drive: every effect, in float32."""
 
 from __future__ import annotations
 

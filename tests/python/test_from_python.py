@@ -1,4 +1,4 @@
-"""What somebody writes in a notebook: it works, or one line states what to write."""
+"""Typical input from a notebook: it works, or one line states what to write."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The gate: each mistake is refused before any fit; the line's correction gives the answer."""
+"""The gate: each mistake is refused before any fit; the suggested correction gives the result."""
 
 from __future__ import annotations
 

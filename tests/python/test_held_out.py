@@ -1,4 +1,4 @@
-"""Leave-one-run-out errors: what the step says of a run, and what a fit without that run says."""
+"""Leave-one-run-out errors: the estimate from one step against a fit without the run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is beside a verdict: idealisations, and how far an uncalibrated figure is off."""
+"""Idealisations listed with a verdict, and the error of an uncalibrated figure."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Files have a decimal point in every locale, whoever sets it and when."""
+"""Files have a decimal point in every locale, whenever it is set."""
 
 from __future__ import annotations
 

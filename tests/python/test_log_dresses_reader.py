@@ -1,4 +1,4 @@
-"""One recording in the dresses of many programs: read as the clean copy, or refused in one line."""
+"""One recording in formats of many programs: read as the clean copy, or refused in one line."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Evidence of several campaigns, merged, states what a diagnosis of all their recordings says."""
+"""Merged evidence of several campaigns gives the diagnosis of all their recordings."""
 
 from __future__ import annotations
 

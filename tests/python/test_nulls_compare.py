@@ -1,4 +1,4 @@
-"""`compare` where the model lacks nothing: no quantity is called significant too often."""
+"""`compare` with a complete model: no quantity is called significant too often."""
 
 from __future__ import annotations
 

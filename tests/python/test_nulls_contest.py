@@ -1,4 +1,4 @@
-"""The contest where nothing is missing: every p, every gate, and what errors are promised."""
+"""The contest without a missing effect: every p, every gate, and the stated error rates."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The whole diagnosis and the fit where nothing is missing, under noise of several kinds.
+"""The whole diagnosis and the fit without a missing effect, under noise of several kinds.
 
 How often whole campaigns are called incomplete is measured by `benchmarks/bench_diagnosis.py`.
 """

@@ -1,4 +1,4 @@
-"""Runs that stand apart: how often they are seen where there are none, and where there are."""
+"""Outlier runs: rates of false and of correct detection."""
 
 from __future__ import annotations
 

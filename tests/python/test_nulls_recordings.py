@@ -1,4 +1,4 @@
-"""What is stated of sound recordings before any effect is looked for: next to nothing."""
+"""Findings in sound recordings before any effect is tested: hardly any."""
 
 from __future__ import annotations
 

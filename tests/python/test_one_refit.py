@@ -1,4 +1,4 @@
-"""The refit behind `diagnose`, `fit` and `compare` is one: the same numbers on the same data."""
+"""`diagnose`, `fit` and `compare` use the same refit: the same numbers on the same data."""
 
 from __future__ import annotations
 

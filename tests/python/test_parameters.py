@@ -1,4 +1,4 @@
-"""A parameter of the baseline model is one block: everything else walks the blocks."""
+"""A parameter of the baseline model is one block: all other code iterates over the blocks."""
 
 from __future__ import annotations
 

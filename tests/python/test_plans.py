@@ -1,4 +1,4 @@
-"""What a plan can identify, and which run to do next."""
+"""Effects that a plan can identify, and the suggested next run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Names that a command prints are names that a command takes."""
+"""Commands accept the names that they print."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Recordings: foreign names by a map, units converted, and no fault passes silently."""
+"""Recordings: other names by a map, units converted, and every fault reported."""
 
 from __future__ import annotations
 

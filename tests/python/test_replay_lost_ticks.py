@@ -1,4 +1,4 @@
-"""Replay of logs that lack numbers or ticks: every row is a tick, as the controller saw it."""
+"""Replay of logs with missing numbers or ticks: every row is a tick, as on the controller."""
 
 from __future__ import annotations
 

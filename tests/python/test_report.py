@@ -1,4 +1,4 @@
-"""Reports: what is on the page, the numbers behind it, and that it needs nothing else."""
+"""Reports: contents, the numbers behind the pictures, and no external resources."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What results offer in Python: parameters, residuals, predictions, tables, figures, copies."""
+"""Results in Python: parameters, residuals, predictions, tables, figures, copies."""
 
 from __future__ import annotations
 

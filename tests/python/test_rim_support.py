@@ -1,4 +1,4 @@
-"""The rim on its generator: gives of the teeth against brute force, and what they respond to."""
+"""The rim on its generator: compliances of the teeth against brute force, and their dependences."""
 
 from __future__ import annotations
 

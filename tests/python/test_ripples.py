@@ -1,4 +1,4 @@
-"""Ripples of any order over an angle: found, told by both angles, and none in noise."""
+"""Ripples of any order over an angle: found, separated by both angles, and none in noise."""
 
 from __future__ import annotations
 

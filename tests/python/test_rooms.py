@@ -1,4 +1,4 @@
-"""The rooms of the package: imports go down, and none goes round in a circle."""
+"""The packages of the library: imports have one direction and no cycles."""
 
 from __future__ import annotations
 

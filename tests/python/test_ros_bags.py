@@ -1,4 +1,4 @@
-"""ROS 2 bags: joint by joint, joined on request, by whole nanoseconds, within bounds."""
+"""ROS 2 bags: one joint at a time, joined on request, in whole nanoseconds, within bounds."""
 
 from __future__ import annotations
 

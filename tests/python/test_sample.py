@@ -1,4 +1,4 @@
-"""Samples of recordings: every run is in them, friction's turns are, and the answer is the same."""
+"""Samples of recordings: they contain every run and the reversals, and give the same result."""
 
 from __future__ import annotations
 

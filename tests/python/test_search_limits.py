@@ -1,4 +1,4 @@
-"""Searches whose limits contradict or are hard to keep: what would have to give."""
+"""Searches with contradictory or demanding limits: the limits to relax."""
 
 from __future__ import annotations
 

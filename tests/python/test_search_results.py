@@ -1,4 +1,4 @@
-"""What a search leaves: drives to the last bit, certificates, reports; the shipped specs."""
+"""Results of a search: drives to the last bit, certificates, reports; the shipped specs."""
 
 from __future__ import annotations
 

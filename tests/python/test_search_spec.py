@@ -1,4 +1,4 @@
-"""Search specs: what is taken for granted, what is refused and by which key."""
+"""Search specs: defaults, refusals, and the keys named in them."""
 
 from __future__ import annotations
 

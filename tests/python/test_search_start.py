@@ -1,4 +1,4 @@
-"""A search that begins with the designs of an earlier one."""
+"""A search that starts from the designs of an earlier one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which candidates are refitted, which stand, and which are of use."""
+"""Candidates that are refitted, confirmed, and useful."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Derivatives by the dimensions of a drawing, and changes that mend a broken check."""
+"""Derivatives by the dimensions of a drawing, and changes that repair a failed check."""
 
 from __future__ import annotations
 

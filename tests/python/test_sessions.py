@@ -1,4 +1,4 @@
-"""Sessions: where files number their runs anew, nobody knows what the drive did in between."""
+"""Sessions: if files restart their run numbers, the motion between them is unknown."""
 
 from __future__ import annotations
 

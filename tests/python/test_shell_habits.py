@@ -1,4 +1,4 @@
-"""What holds for every command: help with an example, JSON, loudness, exit status, no colours."""
+"""Common to all commands: help with an example, JSON, verbosity, exit status, no colours."""
 
 from __future__ import annotations
 

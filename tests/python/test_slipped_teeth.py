@@ -1,4 +1,4 @@
-"""Teeth that slipped at an overload: named, placed, and no hindrance to what else is missing."""
+"""Teeth that slipped at an overload: reported with place, without hiding other missing effects."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Bounded least squares agrees with scipy and lands on bounds exactly."""
+"""Bounded least squares agrees with SciPy and reaches bounds exactly."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Standard streams that are closed, full or endless, and what is stated of them."""
+"""Standard streams that are closed, full or endless, and the messages about them."""
 
 from __future__ import annotations
 

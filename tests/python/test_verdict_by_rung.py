@@ -1,4 +1,4 @@
-"""Each rung has a verdict of its own, and what is not sound is neither recommended nor written."""
+"""Each rung has its own verdict, and unsound effects are neither recommended nor written."""
 
 from __future__ import annotations
 

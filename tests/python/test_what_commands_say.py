@@ -1,4 +1,4 @@
-"""What the commands of the measuring side print: each thing once, with what to do next."""
+"""Output of the commands for measurements: each statement once, with the next step."""
 
 from __future__ import annotations
 

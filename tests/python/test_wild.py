@@ -1,4 +1,4 @@
-"""Wild values: set aside and named in every column, and nothing of what a drive does is one."""
+"""Wild values are set aside and reported in every column; real motion is never one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How numbers, units and names are written on pages."""
+"""Format of numbers, units and names on pages."""
 
 from __future__ import annotations
 

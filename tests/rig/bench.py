@@ -1,4 +1,4 @@
-"""A drive under a test plan: with and without hidden effects, and what a refit leaves of them.
+"""A drive under a test plan, with and without hidden effects, and the residual after a refit.
 
 The residual of an effect is what an ideal refit of the drive without the effect leaves of it. Such
 a refit knows the rig's own mechanics and frees what `mechanics.SCALES` lists (stiffness of mesh,

@@ -1,4 +1,4 @@
-"""Campaigns: readings with the noise of a rig, written as recordings are."""
+"""Campaigns: readings with the noise of a rig, written like recordings."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The drives that are put on the rig, and what their makers print about them."""
+"""The drives on the rig, and the data that their makers print."""
 
 from __future__ import annotations
 

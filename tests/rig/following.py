@@ -1,4 +1,4 @@
-"""Runs that can follow those of a plan, to decide between effects that it leaves open.
+"""Runs that can follow those of a plan, to separate effects that it leaves undecided.
 
 What has been done stays done: cycles never go back, so a following run is made at the cycles that
 the plan has ended with. Temperature, load, speed and wave generator angle can be chosen.

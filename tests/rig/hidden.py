@@ -1,4 +1,4 @@
-"""What can be hidden in a campaign: effects that the library names, and causes that it does not.
+"""Hidden effects of a campaign: effects of the library, and others.
 
 Each is a few lines of mechanics or of measuring: `before` changes what acts on the drive, `after`
 what is read off it. Magnitudes are in natural units; bench.py finds the one that leaves a wanted

@@ -1,4 +1,4 @@
-"""Laboratories of other make: every friction law under every protocol, clean or with one effect.
+"""Independent laboratories: every friction law under every protocol, with one effect or none.
 
     lab = Laboratory(seed, law="dahl", protocol="arm")
     lab.write(folder, effect="thermal_gap", noises=1.0)

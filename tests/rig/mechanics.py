@@ -1,4 +1,4 @@
-"""The drive on the rig: what it is made of, and how it turns under a torque (mechanics.c)."""
+"""The drive on the rig: its components, and its rotation under a torque (mechanics.c)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Test plans: what the rig does to a drive, sample by sample, before anything is measured."""
+"""Test plans: the commanded motion, sample by sample, before any measurement."""
 
 from __future__ import annotations
 

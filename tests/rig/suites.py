@@ -1,4 +1,4 @@
-"""Suites of campaigns: many seeds, with names that give nothing away."""
+"""Suites of campaigns: many seeds, with neutral names."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Runs after those of a plan, and what is worse than the standard conditions."""
+"""Runs after those of a plan, and conditions worse than the standard ones."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Laboratories of other make: their laws obey what is known of them, their sizes are as stated."""
+"""Independent laboratories: their laws have the known properties, their sizes are as stated."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The judge's bench judged: the rig does what its README says."""
+"""Tests of the rig: it works as its README states."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The numbers of another system beside those of this one.
+"""Compare the numbers of another system with those of this one.
 
     compare_figures.py HERE THERE [-- EMULATOR ...]
 

@@ -273,8 +273,8 @@ class Characterization:
             )
         if fit is not None and fit.kinks_Nm.size < 2:
             lines.append(
-                f"The drive file goes on beyond {samples.amplitude_Nm:.4g} N m with the last slope "
-                "that the loops show."
+                f"Beyond {samples.amplitude_Nm:.4g} N m the drive file continues with the last "
+                "slope of the loops."
             )
         if fit is not None and self.figures.curve["K1"].value is None:
             stiffness = 1.0 / float(fit.slopes_rad_per_Nm[0])
@@ -292,8 +292,8 @@ class Characterization:
             lines.append("No section starts at a tip of a loop: the load history is unknown.")
         if fit is not None and self._other_amplitude():
             lines.append(
-                f"The loops swing to {samples.amplitude_Nm:.4g} N m, not to the rated torque of "
-                f"{self.rated_torque_Nm:.4g} N m: so does the hysteresis loss."
+                f"The hysteresis loss is that of loops to {samples.amplitude_Nm:.4g} N m, not to "
+                f"the rated torque of {self.rated_torque_Nm:.4g} N m."
             )
         return lines
 

@@ -155,4 +155,4 @@ def show_few(
             if found["value"] is not None
         ]
         show_table(["figure", "measured", "standard error", "95 %"], rows, out)
-    print("\nToo few samples to say where the model fails.", file=out)
+    print("\nToo few samples to determine where the model fails.", file=out)
