@@ -31,6 +31,8 @@ BAR_ARCMIN = 0.005
 BAR_FLOAT32_ARCMIN = 0.01
 BAR_MODULES = 5e-6
 """Of a conjugate flank against the swept one, whose positions and points are as far apart."""
+BAR_RACK_MODULES = 5e-5
+"""What two steps of extrapolation leave of 0.04 modules: 2e-5 found."""
 DRIVES = int(os.environ.get("LM_FLANK_DRIVES", "0"))
 SEEDS = range(DRIVES) if DRIVES else (0, 1, 2, 43, 126, 159)
 """By default a cam, an ellipse, discs; two minima beside a joint of the flank; a zone of contact
@@ -318,6 +320,37 @@ def test_s_teeth_that_make_no_flank_are_refused_by_both_keys(
     with pytest.raises(InputError) as refusal:
         DesignModel(parse_drive(s_document(**changes)).design)
     assert keys in str(refusal.value)
+
+
+def beside_the_rack_modules(teeth: int, kappa: float) -> np.ndarray:
+    """Space of a generated circular spline minus that of the published rack, at the same depths."""
+    document = s_document(kappa=kappa, s_M=1.5)
+    design = document["design"]
+    module = design["teeth"]["module_mm"]
+    design["teeth"].update(
+        flexspline_teeth=teeth, rigid_teeth=teeth + 2, face_width_mm=0.2 * module * teeth
+    )
+    document["drive"]["ratio"] = teeth // 2
+    design["generator"]["deflection_mm"] = kappa * module
+    lib, mesh = (made := made_mesh(document))[0].core.lib, made[1]
+    angle = np.linspace(1.1, 1.5, 7)  # beyond the tangent, short of the tip
+    drawn = (angle - kappa * np.sin(angle)) / 4
+    depth = kappa / 2 * (1 - np.cos(angle))
+    radii = module * (teeth / 2 + kappa - depth)
+    assert mesh.conjugate.low_mm < radii.min() < radii.max() < mesh.conjugate.land_mm
+    half = [lib.lm_rigid_flank_at(mesh, float(r)).half_angle_rad * r / module for r in radii]
+    return np.array(half) - (0.75 + drawn)
+
+
+@pytest.mark.parametrize("kappa", [0.9, 0.95])
+def test_s_teeth_generate_the_rack_that_their_inventor_published(kappa: float) -> None:
+    """Ishikawa, EP 0 266 972 B1: half the movement locus touches its point reflection on the other
+    gear, exactly so for racks. The generated flank goes there as 1 / z: extrapolated from 80,
+    160 and 320 teeth at the same rim."""
+    few, more, most = (beside_the_rack_modules(teeth, kappa) for teeth in (80, 160, 320))
+    once, twice = 2 * more - few, 2 * most - more
+    assert np.all(np.abs(most) < 0.012)
+    assert np.all(np.abs((4 * twice - once) / 3) < BAR_RACK_MODULES)
 
 
 PUBLISHED = {
