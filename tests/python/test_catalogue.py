@@ -1,4 +1,4 @@
-"""A catalogue drive in reduced form keeps the values of the catalogue and states its assumptions."""
+"""A catalogue drive in reduced form keeps the catalogue values and states its assumptions."""
 
 from __future__ import annotations
 

@@ -604,7 +604,7 @@ def test_commands_write_reports(words, tmp_path, capsys):
 def test_the_verdict_leads_the_page_of_a_diagnosis():
     found, odd = section_of("found"), section_of("unexplained")
     assert found.lead == "Missing: thermal gap."
-    assert odd.lead.startswith("Something systematic remains")
+    assert odd.lead.startswith("A systematic residual remains")
     assert "It depends on torque: ripple of 4.99 N·m" in odd.lead
     assert any(f.title == "The residual depends on torque" for f in figures("unexplained"))
     titles = [block.title for block in found.blocks]

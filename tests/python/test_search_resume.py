@@ -1,4 +1,4 @@
-"""The same bytes for every way to run a search: threads, clusters, stops, kills, damaged journals."""
+"""The same bytes however a search is run: threads, clusters, stops, kills, damaged journals."""
 
 from __future__ import annotations
 

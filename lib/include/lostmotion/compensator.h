@@ -60,9 +60,9 @@
  * Ringing. A measured, unfiltered torque can drive the correction into a limit cycle at the joint's
  * resonance. Ringing is detected (LM_STATE_RINGING) when the correction reverses six times in
  * succession by more than 4 noise_rad, each time within less than half a period of ringing_Hz.
- * (Effects such as kinematic_error oscillate without the torque and close no loop. With effects
- * that need more than torque, temperature and time, the torque, filtered as the correction is, must
- * oscillate instead, by as much as winds up the torsion curve equally far.) After detection the
+ * (Effects such as kinematic_error oscillate independently of the torque and close no loop. With
+ * effects that need inputs other than torque, temperature and time, reversals of the filtered
+ * torque are counted instead, if they change the torsion curve by that angle.) After detection the
  * correction follows its target through a low-pass filter at a tenth of ringing_Hz, too slow to
  * ring, and the target is moved towards zero by the effect of the torque error. The host declares
  * that error with lm_declare_torque_error: friction of a motor at standstill hides a load from its

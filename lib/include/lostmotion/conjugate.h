@@ -23,8 +23,8 @@ LM_BEGIN_DECLS
 
 #define LM_CONJUGATE_INTERVALS_MAX 64
 
-/* Where another part of the flexspline's flank, or another zone, takes over; each takes one of the
- * intervals above the 28 that every flank has. */
+/* Transitions to another part of the flexspline's flank or to another zone; each uses one of the
+ * intervals beyond the 28 of every flank. */
 #define LM_CONJUGATE_CORNERS_MAX 18
 
 /* Share of the flank's height below the top without contact, chosen: the path of the tip's corner

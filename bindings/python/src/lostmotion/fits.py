@@ -204,7 +204,7 @@ def at_seat(one: ToleranceClass, nominal_mm: float) -> float:
 
 
 def at_size(values: tuple[int, ...], nominal_mm: float) -> int:
-    """Value of the step that holds a size; steps include their upper end."""
+    """Value of the size step that contains a size; steps include their upper end."""
     steps = MAIN_STEPS_MM if len(values) == len(MAIN_STEPS_MM) else FINE_STEPS_MM
     return values[bisect_left(steps, nominal_mm)]
 

@@ -362,11 +362,10 @@ Chosen: on campaigns of tests/rig.
 """
 
 OUTLIERS_MOST = 0.03
-"""Share of all samples from which on none is an outlier: what is that common is how the drive acts.
+"""If this share of all samples deviates, none is an outlier: it is the behaviour of the drive.
 
-Chosen: three times the wild samples of the worst logs of tests/rig, half of what the steps of
-friction make in the logs of a printed reducer.
-"""
+Chosen: three times the share of wild samples in the worst logs of tests/rig, half the share due to
+steps of friction in the logs of a printed reducer. """
 
 WHOLE_TOOTH = 0.2
 """How far a jump may be from whole teeth, in teeth: the load moves the drive, too.

@@ -110,7 +110,7 @@ TORSION_DEFAULTS = ("cup wall", "diaphragm", "input shaft", "output shaft")
 """Members of the torsion chain that the library fills in, in its order."""
 
 ARGUMENTS = ("phase_rad", "torque_Nm", "angle_rad", "nodes", "count", "steps_per_pitch")
-"""What a caller of the library hands in besides the design."""
+"""Arguments of library calls besides the design."""
 
 SHARE = Key("share")
 PRELOAD = Key("preload", "N")

@@ -106,7 +106,7 @@ class SegmentedCurve:
         return self.slopes[np.searchsorted(self.knots_Nm, np.abs(wound), side="right")]
 
     def angle(self, wound: FloatArray) -> FloatArray:
-        """Angle, arc seconds, as ``ramps(wound) @ slopes`` but several times quicker."""
+        """Angle, arc seconds: equals ``ramps(wound) @ slopes``, several times faster."""
         size = np.abs(wound)
         ends = np.concatenate(([0.0], self.knots_Nm))
         heights = np.concatenate(([0.0], np.cumsum(np.diff(ends) * self.slopes[:-1])))

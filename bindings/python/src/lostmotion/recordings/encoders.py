@@ -59,7 +59,7 @@ LEVELS_LEAST = 8
 """Least number of different readings that identify the resolution of an encoder."""
 
 COUNTS_REACH = (1, 2, 4, 8, 16, 32)
-"""Differences of so many counts refine the count, the small ones first."""
+"""Differences, in counts, from which the size of a count is refined, in this order."""
 
 WHOLE = 0.05
 """How far from a whole number of counts the difference of two readings may be; of more than ten

@@ -58,8 +58,8 @@ def verdict_sentence(answer: Mapping[str, Any]) -> str:
         "complete": "Nothing is missing beyond the noise.",
         "missing-effect": f"Missing: {names}.",
         "ambiguous": open_sentence(answer),
-        "unexplained": (f"Missing: {names}; in addition, s" if names else "S")
-        + "omething systematic remains that no effect of the library explains.",
+        "unexplained": (f"Missing: {names}; in addition, a" if names else "A")
+        + " systematic residual remains that no effect of the library explains.",
     }
     return sentence[answer["verdict"]]
 

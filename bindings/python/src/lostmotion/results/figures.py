@@ -41,7 +41,7 @@ def plotly() -> ModuleType:
 
 
 POINTS_ALL = 30_000
-"""Samples of all runs together that are drawn: a figure of some 300 KB."""
+"""Largest number of samples drawn, over all runs: a figure of about 300 KB."""
 
 
 def drawn(count: int, total: int = 0) -> slice:

@@ -34,7 +34,7 @@ WITHOUT_TOKEN = "<script>history.replaceState(null, '', '/')</script>"
 """Takes the token out of the address bar and the history: the cookie carries it from here."""
 
 LOOK_S = 0.2
-"""How often the page looks for news of the bench."""
+"""Interval at which the page polls the bench for changes."""
 
 RAIL_PX = 270.0
 """Width for which the ladder beside the panels is drawn."""
