@@ -339,7 +339,7 @@ def line_faults() -> list[Fault]:
         reason="the rest of the file is one cell: refused, or the row set aside",
     )
     doubled = "the same rows twice: a slip, to be left out or refused"
-    again = "twice|duplicate|repeat|again|same|split"
+    again = "twice|duplicate|repeat|again|same|split|identical"
     add("the file behind itself", whole + whole[1:], again, expected=EITHER, reason=doubled)
     add(
         "the file behind itself with its names",
