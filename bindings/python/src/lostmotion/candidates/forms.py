@@ -84,7 +84,7 @@ class Linear:
                 units.append((unit, i))
         if effect.kind != "angle":
             # An effect on the torque winds up the drive, through its friction and its soft range.
-            kept = distinct(made.columns)
+            kept = distinct(made.columns, made.start_of)
             made.start_of = [made.start_of[k] for k in kept]
             made.columns = [wound_up(effect, base, *units[k], made.columns[k]) for k in kept]
         return made
@@ -102,13 +102,16 @@ class Linear:
         return values
 
     def right_way(self, effect: Effect, coefficients: FloatArray) -> bool:
-        """See `Form`: friction and creep dissipate energy."""
-        linear = [effect.values[i] for i in effect.indices("linear")]
-        return len(linear) > 1 or bool(linear[0].low < 0.0 or coefficients[0] > 0.0)
+        """See `Form`: friction and creep dissipate energy; no value may contradict the name."""
+        linear = effect.indices("linear")
+        values = np.zeros(len(effect.values))
+        values[linear[: coefficients.size]] = coefficients
+        return self.possible(effect, coefficients) and effect.against_its_name(values) is None
 
     def possible(self, effect: Effect, coefficients: FloatArray) -> bool:
-        """See `Form`."""
-        return self.right_way(effect, coefficients)
+        """See `Form`: of several values one can be nothing."""
+        linear = [effect.values[i] for i in effect.indices("linear")]
+        return len(linear) > 1 or bool(linear[0].low < 0.0 or coefficients[0] > 0.0)
 
 
 class Differenced:
@@ -186,6 +189,6 @@ def form_of(effect: Effect) -> Form:
 def tangents_of(effect: Effect, base: BaselineModel, point: Point, ratio: float) -> Tangents:
     """Columns of a `resolved` effect not yet in the model, without multiples."""
     made = form_of(effect).linearise(effect, base, point, ratio)
-    kept = distinct(made.columns)
+    kept = distinct(made.columns, made.start_of)
     columns = [made.columns[k] for k in kept]
     return Tangents(columns, made.starts, [made.start_of[k] for k in kept])

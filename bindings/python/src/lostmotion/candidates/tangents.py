@@ -211,16 +211,30 @@ def slope_of_model(effect: Effect, base: BaselineModel, high: FloatArray, index:
     return np.asarray((up - model.angle()) / (2 * high[index]))
 
 
-def distinct(columns: list[FloatArray]) -> list[int]:
-    """Indices of the columns that are not multiples of an earlier one."""
+def distinct(columns: list[FloatArray], start_of: list[int]) -> list[int]:
+    """Indices of the columns that are not multiples of an earlier one of their own start.
+
+    A start whose columns are all multiples of those of earlier starts is left out.
+    """
     kept: list[int] = []
-    units: list[FloatArray] = []
-    for i, column in enumerate(columns):
-        norm = float(np.linalg.norm(column))
-        if not np.isfinite(norm) or norm == 0:
-            continue
-        unit = column / norm
-        if all(abs(float(unit @ other)) < 1 - 1e-9 for other in units):
-            kept.append(i)
-            units.append(unit)
-    return kept
+    units: dict[int, list[FloatArray]] = {}
+    for start in sorted(set(start_of)):
+        known = [unit for others in units.values() for unit in others]
+        own: list[FloatArray] = []
+        places: list[int] = []
+        for i, column in enumerate(columns):
+            norm = float(np.linalg.norm(column))
+            if start_of[i] == start and np.isfinite(norm) and norm > 0:
+                unit = column / norm
+                if not is_multiple(unit, own):
+                    places.append(i)
+                    own.append(unit)
+        if not all(is_multiple(unit, known) for unit in own):
+            kept += places
+            units[start] = own
+    return sorted(kept)
+
+
+def is_multiple(unit: FloatArray, others: list[FloatArray]) -> bool:
+    """Whether a column of unit length is a multiple of one of some others."""
+    return any(abs(float(unit @ other)) >= 1 - 1e-9 for other in others)

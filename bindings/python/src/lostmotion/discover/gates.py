@@ -51,14 +51,14 @@ def judge_all(contest_round: ContestRound) -> list[Result]:
 
 def possible(contest_round: ContestRound, effect: Effect, alone: Sequence[Result]) -> bool:
     """Whether the values that explain most are possible for an effect, from its single starts."""
-    own = leading(effect, alone)
+    own = leading(contest_round, effect, alone)
     return form_of(effect).possible(effect, contest_round.unscaled(own))
 
 
-def leading(effect: Effect, alone: Sequence[Result]) -> Result:
+def leading(contest_round: ContestRound, effect: Effect, alone: Sequence[Result]) -> Result:
     """Of the single starts of an effect, the one that explains most with the right sign."""
-    form = form_of(effect)
-    return max(alone, key=lambda own: (form.right_way(effect, own.coefficients), own.wald))
+    form, unscaled = form_of(effect), contest_round.unscaled
+    return max(alone, key=lambda own: (form.right_way(effect, unscaled(own)), own.wald))
 
 
 def judge(contest_round: ContestRound, block: str) -> Result | None:

@@ -52,7 +52,7 @@ def best_start(current: ContestRound, result: Result) -> tuple[int, Result]:
         return first, replace(
             result, block=f"{result.name}#{first}", coefficients=result.coefficients[mine]
         )
-    own = leading(candidate.effect, seen)
+    own = leading(current, candidate.effect, seen)
     return next(n for n, one in alone.items() if one is own), own
 
 
