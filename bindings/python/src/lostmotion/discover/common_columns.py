@@ -10,6 +10,7 @@ found in it.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from lostmotion.candidates.named import tangent
 from lostmotion.candidates.shapes import ANGLE_ORDERS, channels, legendre, varying_parts
 from lostmotion.discover.answer import Diagnosis
 from lostmotion.discover.contest_round import swing_by_run
+from lostmotion.discover.form_variance import with_form_error
 from lostmotion.discover.linearise import columns_of, settle
 from lostmotion.discover.terms import term_size
 from lostmotion.effects.columns import NO_COLUMN, missing_columns
@@ -27,6 +29,7 @@ from lostmotion.effects.effect import Effect
 from lostmotion.evidence.file import Body
 from lostmotion.evidence.gram import Evidence, gather
 from lostmotion.evidence.noise import Noise
+from lostmotion.evidence.shared_error import without_columns, without_shared
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.hysteresis import PLAY_RANGE, PLAYS
 from lostmotion.fit.segmented_curve import KNOT_RANGE, KNOTS
@@ -78,7 +81,9 @@ def gather_body(diagnosis: Diagnosis, effects: Mapping[str, Effect], ratio: floa
     noise = diagnosis.selection.settled[-1].noise
     start = common_base(final, len(first.additives))
     start.first_fit()
-    base = settle(start, noise).base.copy()
+    start = with_form_error(start, noise, common_candidates(start, effects, ratio)[0])
+    settled = settle(start, noise)
+    base = settled.base.copy()
     base.terms, base.additives = base.terms[: len(first.terms)], []
     c = base.conditions
     at, (point, _, _) = base.at(), base.vector()
@@ -88,18 +93,19 @@ def gather_body(diagnosis: Diagnosis, effects: Mapping[str, Effect], ratio: floa
     candidates, closed = common_candidates(
         base, {name: effect for name, effect in effects.items() if name not in names}, ratio
     )
-    fixed, precision, scatter, response = columns_of(base, at)
     blocks = [(candidate.name, candidate.columns) for candidate in candidates]
+    fixed, precision, scatter, response = columns_of(base, at)
+    white = gather(fixed, precision, scatter, blocks, response, noise, c.starts)
+    if base.form_error is not None:
+        form = white.fixed[-base.form_error.precision.size :]
+        white = without_shared(white, form, settled.contest.omega_of(white))
+    fixed, precision, scatter, response = columns_of(base, at, form=False)
     plainly = Noise([np.zeros(0)] * c.runs, np.ones(c.runs))
-    kept = []
-    for how in (noise, plainly):
-        evidence = gather(fixed, precision, scatter, blocks, response, how, c.starts)
-        weight = 1.0 if how is noise else float(np.mean(noise.sigma)) ** 2
-        evidence.precision = evidence.precision * weight
-        kept.append(without_start(evidence, base.start_places()))
+    plain = gather(fixed, precision, scatter, blocks, response, plainly, c.starts)
+    plain.precision = plain.precision * float(np.mean(noise.sigma)) ** 2
     return Body(
-        kept[0],
-        kept[1],
+        without_start(white, base.start_places()),
+        without_start(plain, base.start_places()),
         point[: point.size - (len(base.hysteresis.start) - 1) * base.hysteresis.count],
         np.array([noise.spread(r) for r in range(c.runs)]),
         np.diff(c.starts).astype(np.float64),
@@ -205,16 +211,4 @@ def without_start(evidence: Evidence, places: Sequence[slice]) -> Evidence:
     gram[:, s, :] = 0.0
     gram[:, :, s] = 0.0
     gone = s[places[0].stop - places[0].start :]
-    keep = np.delete(np.arange(evidence.scale.size), gone)
-    moved = np.full(evidence.scale.size, -1)
-    moved[keep] = np.arange(keep.size)
-    stays = ~np.isin(evidence.fixed, gone)
-    return Evidence(
-        gram[:, keep[:, None], keep],
-        evidence.scale[keep],
-        moved[evidence.fixed[stays]],
-        moved[evidence.scatter],
-        {name: moved[block] for name, block in evidence.blocks.items()},
-        int(moved[evidence.response]),
-        evidence.precision[stays],
-    )
+    return without_columns(replace(evidence, gram=gram), gone)

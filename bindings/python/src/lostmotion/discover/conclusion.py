@@ -13,6 +13,9 @@ from lostmotion.discover.choice import Step
 from lostmotion.discover.gates import family_p
 from lostmotion.discover.outlier_runs import OutlierRuns
 
+HYSTERESIS_FORM = "hysteresis form"
+"""Shape of what depends on the torque and its history in another way than the baseline model's."""
+
 INCONCLUSIVE = "inconclusive"
 """Verdict if there are too few data for any other."""
 
@@ -64,6 +67,14 @@ class Conclusion:
             self.verdict, self.outliers = "unexplained", outliers
             self.depends_on.append(outliers.told(labels, size))
             self.unnamed += size**2
+
+    def add_form_error(self, size: float, p: float) -> None:
+        """Say that the hysteresis has another form: what it does is so many arc seconds rms."""
+        self.verdict = "unexplained"
+        self.depends_on.append(
+            {"covariate": "torque", "shape": HYSTERESIS_FORM, "p": p, "rms_arcsec": size}
+        )
+        self.unnamed += size**2
 
     def share(self, rms_arcsec: float) -> float:
         """Share of a mean square error that no effect explains."""

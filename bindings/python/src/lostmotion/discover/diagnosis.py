@@ -33,6 +33,7 @@ from lostmotion.discover.events import (
     with_steps,
 )
 from lostmotion.discover.few_readings import few_readings_diagnosis
+from lostmotion.discover.form_variance import form_error_told
 from lostmotion.discover.linearise import noise_rms
 from lostmotion.discover.noise_floor import noise_floor, scatter_of
 from lostmotion.discover.outlier_runs import RUN_NEEDS, OutlierRuns, find_outlier_runs
@@ -291,6 +292,11 @@ def conclude(
         if outliers is not None:
             least = least_size(within, selection.given_arcsec)
             found.add_outlier_runs(outliers, size_of_outlier_runs(base, outliers), least, c.labels)
+    kept = {step.selected.name: step.selected.size for step in steps[:-1] if step.selected}
+    largest = max([selection.given_arcsec, *kept.values()])
+    error = form_error_told(final, within, kept, largest)
+    if base.form_error and error:
+        found.add_form_error(error, base.form_error.p)
     models = list(stepwise.models)
     floor, within_told = stepwise.floor_arcsec, stepwise.within_arcsec
     if shapes_of(base):

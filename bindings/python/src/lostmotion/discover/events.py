@@ -13,7 +13,7 @@ from scipy import special
 
 from lostmotion import rules
 from lostmotion.candidates.formulas import step
-from lostmotion.discover.linearise import columns_of, noise_rms
+from lostmotion.discover.linearise import columns_of, contest_at, form_part, noise_rms
 from lostmotion.discover.measurement_noise import estimate_noise
 from lostmotion.effects.conditions import side_by_side
 from lostmotion.evidence.noise import Noise
@@ -161,11 +161,11 @@ def scores(
 def find_events(base: BaselineModel, noise: Noise, within_arcsec: float) -> list[Event]:
     """Find steps that are significant against the noise and the other runs."""
     found: list[Event] = []
-    fixed, _, scatter, _ = columns_of(base, base.at())
+    fixed, _, scatter, _ = columns_of(base, base.at(), form=False)
     # Each run has its own stiffness, friction, gap and offset here, and its own curve.
     keep = np.einsum("ij,ij->j", fixed, fixed) > 0
     columns = side_by_side(fixed[:, keep], scatter[:, :3])
-    response = base.residual()
+    response = base.residual() - form_part(base, contest_at(base, noise))
     best = [scan_run(base, noise, run, columns, response) for run in range(base.conditions.runs)]
     scores = np.array([event.score for event in best])
     for event in sorted(best, key=lambda e: -e.score):

@@ -66,18 +66,22 @@ class Settled:
 
 
 def columns_of(
-    base: BaselineModel, point: Point
+    base: BaselineModel, point: Point, form: bool = True
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Fixed columns with those common to all runs, their precision, scattering columns, residual.
 
     The deviations of the runs are added back to the residual, so that the scattering columns
     explain them again. Scatter is relative to a mean: for stiffness and gap it is in the torsion
-    curve, for the half widths and the offset it is the last of the fixed columns.
+    curve, for the half widths and the offset it comes after the fixed columns. The error of the
+    form comes last (`BaselineModel.form_error`), with the precision that its variance gives.
     """
     fixed = base.fixed_columns(point)
     precision = np.append(base.precision(), np.zeros(COMMON))
     scatter = base.run_columns(point)
     fixed = side_by_side(fixed, scatter[:, 1], np.ones(fixed.shape[0]))
+    if form and base.form_error is not None:
+        fixed = side_by_side(fixed, base.form_error.columns)
+        precision = np.append(precision, base.form_error.precision)
     response = base.measured - point.angle
     # Encoder zeros may be far apart; what is common to all is taken off for the digits.
     response = response - float(np.mean(response))
@@ -147,7 +151,17 @@ def misfit(base: BaselineModel, contest: Contest, noise: Noise) -> float:
     square, cross, ones = (
         np.add.reduceat(product, begins) for product in (white**2, white * level, level**2)
     )
-    return 0.5 * (total + float(np.sum(square - cross**2 / (ones + 1.0 / variance[-1]))))
+    free = ones + 1.0 / variance[-1]
+    total += float(np.sum(square - cross**2 / free))
+    error = base.form_error
+    if error is not None:
+        runs = enumerate(base.conditions.slices())
+        form = np.concatenate([noise.whiten(error.columns[at], run) for run, at in runs])
+        offsets = np.add.reduceat(form * level[:, None], begins)
+        normal = np.diag(error.precision) + form.T @ form - (offsets.T / free) @ offsets
+        along = form.T @ white - offsets.T @ (cross / free)
+        total -= float(along @ np.linalg.solve(normal, along))
+    return 0.5 * total
 
 
 def plain_rms(base: BaselineModel) -> float:
@@ -164,9 +178,16 @@ def contest_at(base: BaselineModel, noise: Noise, near: Contest | None = None) -
     evidence = gather(fixed, precision, scatter, (), response, noise, base.conditions.starts)
     if near is None:
         return Contest(evidence)
-    places = evidence.scatter
-    scale = evidence.scale[places] / near.evidence.scale[near.evidence.scatter]
-    return Contest(evidence, near.null_omega * scale**2)
+    return Contest(evidence, near.omega_of(evidence))
+
+
+def form_part(base: BaselineModel, contest: Contest) -> FloatArray:
+    """What the form of a model does not follow, arc seconds a row, as its evidence tells it."""
+    if base.form_error is None:
+        return np.zeros(base.conditions.rows)
+    columns, e = base.form_error.columns, contest.evidence
+    step = contest.null_step() / e.scale[e.fixed]
+    return np.asarray(columns @ step[-columns.shape[1] :])
 
 
 def bounded_step(base: BaselineModel, contest: Contest) -> tuple[FloatArray, FloatArray]:
@@ -179,8 +200,9 @@ def bounded_step(base: BaselineModel, contest: Contest) -> tuple[FloatArray, Flo
     x, low, high = base.vector()
     scale = evidence.scale[: x.size]
     widen = WIDEN_MAX * evidence.scale[x.size]
-    least = np.append(np.minimum((low - x) * scale, -STEP_RIDGE), (-widen, -np.inf))
-    most = np.append(np.maximum((high - x) * scale, STEP_RIDGE), (widen, np.inf))
+    unbound = np.full(evidence.fixed.size - x.size - 1, np.inf)
+    least = np.concatenate((np.minimum((low - x) * scale, -STEP_RIDGE), [-widen], -unbound))
+    most = np.concatenate((np.maximum((high - x) * scale, STEP_RIDGE), [widen], unbound))
     delta = solve_within(normal, matrix[:-1, -1], least, most)
     return delta, deviations(evidence, index, contest.null_omega, delta)
 

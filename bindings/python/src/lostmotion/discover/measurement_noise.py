@@ -24,7 +24,7 @@ def leftover(
     base: BaselineModel, point: Point, blocks: Sequence[FloatArray]
 ) -> tuple[FloatArray, int]:
     """Residual of the largest linear model, which separates the noise from any effect."""
-    fixed, _, scatter, _ = columns_of(base, point)
+    fixed, _, scatter, _ = columns_of(base, point, form=False)
     residual = base.residual(point)
     parts = [fixed, scatter[:, :3], *blocks]
     total = sum(part.shape[1] for part in parts)

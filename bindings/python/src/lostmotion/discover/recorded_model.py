@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,12 +19,14 @@ from lostmotion.discover.contest_round import (
     make_candidates,
     make_round,
 )
-from lostmotion.discover.gates import judge_all
+from lostmotion.discover.form_variance import form_error_told, with_form, with_form_error
+from lostmotion.discover.gates import accepted, judge_all
 from lostmotion.discover.growing_model import Contender, GrowingModel, Lead
 from lostmotion.discover.linearise import Settled, noise_rms, plain_of, plain_rms, settle
 from lostmotion.discover.measurement_noise import estimate_noise
 from lostmotion.discover.refits import fit_with, refit, refitted, sharpen, without_deviations
 from lostmotion.discover.selection import select
+from lostmotion.discover.shortlist import strongest
 from lostmotion.discover.terms import term_passes, term_size
 from lostmotion.effects.effect import Effect
 from lostmotion.evidence.contest import Result
@@ -101,12 +103,13 @@ class RecordedModel(GrowingModel):
         self.given_terms = len(base.terms)
         self.waves = shapes.waves(base)
         candidates, _ = self.candidates(base)
-        self.noise = estimate_noise(base, [c.columns for c in candidates])
+        self.noise = estimate_noise(base, with_form(base, candidates))
         self.within = noise_rms(self.noise, base)
-        self.first = settle(base, self.noise)
+        self.first = settle(with_form_error(base, self.noise, candidates), self.noise)
         self.settled = [self.first]
         self.rounds = 0
         self.fitted: dict[str, BaselineModel] = {}
+        self.formless: RecordedRound | None = None
         self.fitted_alike: tuple[Settled, BaselineModel, float] | None = None
         first = self.settled[0].base
         self.given = {
@@ -129,10 +132,11 @@ class RecordedModel(GrowingModel):
         base = self.now.base
         candidates, closed = self.candidates(base)
         self.fitted = {}
-        if self.rounds:
-            self.noise = estimate_noise(base, [c.columns for c in candidates])
-        self.rounds += 1
         now = self.now
+        if self.rounds:
+            self.noise = estimate_noise(base, with_form(base, candidates))
+            base = with_form_error(base, self.noise, candidates)
+        self.rounds += 1
         settled = now if now.noise is self.noise else settle(base, self.noise)
         if noise_rms(self.noise, base) > rules.WANDERING * float(np.mean(self.noise.sigma)):
             calmer = self.calmer_noise(settled, [c for c in candidates if c.named], closed)
@@ -161,7 +165,7 @@ class RecordedModel(GrowingModel):
                 continue
             self.fitted[result.name] = base
             candidates, _ = self.candidates(base)
-            noise = estimate_noise(base, [c.columns for c in candidates])
+            noise = estimate_noise(base, with_form(base, candidates))
             spread = noise_rms(noise, base)
             if spread < least:
                 best, least = noise, spread
@@ -170,7 +174,20 @@ class RecordedModel(GrowingModel):
     def with_candidate(self, lead: Lead) -> Contender | None:
         """See `GrowingModel`: a joint refit."""
         assert isinstance(lead.round, RecordedRound)
-        return refit(lead.round, lead.result, self.now, self.fitted.get(lead.name))
+        if lead.round is not self.formless:
+            return refit(lead.round, lead.result, self.now, self.fitted.get(lead.name))
+        found = refit(lead.round, lead.result)
+        return None if found is None else self.beside_form_error(found)
+
+    def beside_form_error(self, found: Contender) -> Contender | None:
+        """Tell the form's error beside an effect that was fitted without; None if much is left."""
+        base, noise = model_of(found), self.noise
+        settled = settle(with_form_error(base, noise, self.candidates(base)[0]), noise)
+        kept = {term.effect.name: term_size(base, k) for k, term in enumerate(base.terms)}
+        if form_error_told(settled, self.within, kept, max(kept.values())):
+            return None
+        by_run = settled.density - self.now.density
+        return replace(found, settled=settled, gain=float(by_run.sum()), gain_by_run=by_run)
 
     def passes_gates(self, contender: Contender, count: int) -> bool:
         """See `GrowingModel`: linearised at the model with it."""
@@ -224,6 +241,7 @@ class RecordedModel(GrowingModel):
         Their significance and size are tested later in the model with them; this only finds them.
         An effect found before gets a second start.
         """
+        leads = self.in_place_of_form(leads, count)
         settled = self.now
         if float(np.max(np.abs(settled.base.deviations[:, :2]))) < rules.STRAYED:
             return leads
@@ -236,6 +254,25 @@ class RecordedModel(GrowingModel):
         strong = found[: rules.REFITS_NAMED]
         strong += [r for r in found[rules.REFITS_NAMED :] if r.name in known]
         return leads + [Lead(alike, result, None) for result in strong]
+
+    def in_place_of_form(self, leads: list[Lead], count: int) -> list[Lead]:
+        """Add effects that depend on the load alone, judged without an error of the form.
+
+        Beside it they explain next to nothing, whatever they are: one of them is found where it
+        leaves no such error that counts.
+        """
+        if self.now.base.form_error is None:
+            return leads
+        base = self.now.base.copy()
+        base.form_error = None
+        formless = settle(base, self.noise)
+        candidates, closed = named_candidates(
+            self.effects, formless.base, formless.base.at(), self.ratio
+        )
+        alone = [c for c in candidates if c.hangs_on_load_alone]
+        self.formless = make_round(formless, alone, closed)
+        found = [r for r in judge_all(self.formless) if accepted(r, count)]
+        return leads + strongest([Lead(self.formless, result, None) for result in found])
 
     def unjudged(
         self, current: ContestRound, results: list[Result], leads: list[Lead]

@@ -18,6 +18,7 @@ from lostmotion.candidates import shapes
 from lostmotion.candidates.named import tangent
 from lostmotion.candidates.tangents import given_values
 from lostmotion.discover.contest_round import make_candidates, make_round
+from lostmotion.discover.form_variance import with_form, with_form_error
 from lostmotion.discover.linearise import Settled, contest_at, noise_rms, settle
 from lostmotion.discover.measurement_noise import estimate_noise
 from lostmotion.discover.noise_floor import noise_floor
@@ -145,18 +146,18 @@ def fit_stepwise(
     models = [base]
     for number, effect in enumerate(add):
         progress(number)
-        models.append(with_effect(models[-1], first.noise, effect, ratio))
+        models.append(with_effect(models[-1], first, effect, ratio))
     return StepwiseFit(models, first, effects, ratio)
 
 
-def with_effect(base: BaselineModel, noise: Noise, effect: Effect, ratio: float) -> BaselineModel:
+def with_effect(base: BaselineModel, first: Settled, effect: Effect, ratio: float) -> BaselineModel:
     """Refit a model with one more effect.
 
     During the fit the runs have their own deviations: otherwise run-to-run scatter biases the
     effect, and convergence through kinks is slow.
     """
-    model = base.copy()
-    model.noise_arcsec = noise_rms(noise, base)
+    model, noise = base.copy(), first.noise
+    model.noise_arcsec, model.form_error = noise_rms(noise, base), first.base.form_error
     model.terms.append(first_term(model, noise, effect, ratio))
     model.fit(noise=float(np.median(noise.sigma)), steps=STEPS)
     return without_deviations(settle(model, noise).base, base)
@@ -165,7 +166,8 @@ def with_effect(base: BaselineModel, noise: Noise, effect: Effect, ratio: float)
 def measure_noise(base: BaselineModel, effects: Mapping[str, Effect], ratio: float) -> Settled:
     """Estimate the noise for a model, and the deviations of the runs for that noise."""
     candidates, _ = make_candidates(base, effects, ratio, shapes.waves(base))
-    return settle(base, estimate_noise(base, [c.columns for c in candidates]))
+    noise = estimate_noise(base, with_form(base, candidates))
+    return settle(with_form_error(base, noise, candidates), noise)
 
 
 def first_term(base: BaselineModel, noise: Noise, effect: Effect, ratio: float) -> Term:

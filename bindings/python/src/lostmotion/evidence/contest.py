@@ -145,6 +145,11 @@ class Contest:
         """Leave-one-run-out log predictive density of every run for the baseline model alone."""
         return log_density(self.null, self.evidence.ridge(self.evidence.index()))
 
+    def omega_of(self, evidence: Evidence) -> FloatArray:
+        """The same variances for the scattering columns of other evidence, scaled as these are."""
+        ratio = evidence.scale[evidence.scatter] / self.evidence.scale[self.evidence.scatter]
+        return np.asarray(self.null_omega * ratio**2)
+
     def null_step(self) -> FloatArray:
         """Coefficients of the baseline model's columns alone."""
         matrix = self.null.matrix.sum(axis=0)

@@ -20,6 +20,7 @@ import numpy.typing as npt
 
 from lostmotion.effects.conditions import Conditions, side_by_side
 from lostmotion.fit.deviations import DEVIATIONS, GAP, gap_closed, stiffness_factor, width_factor
+from lostmotion.fit.form_error import FormBasis, FormError
 from lostmotion.fit.hysteresis import (
     ENVELOPE_FILED,
     FIRST_ENVELOPES,
@@ -83,6 +84,10 @@ class BaselineModel:
         Samples set aside.
     noise_arcsec : float
         Noise within runs, rms, if known; used for the prior of laws between runs.
+    form_basis : FormBasis
+        All columns that the error of the form may have; shared by copies.
+    form_error : FormError or None
+        Error of the form; None: there is none, or it is not estimated yet.
     """
 
     conditions: Conditions
@@ -109,6 +114,8 @@ class BaselineModel:
         self.outlier = np.zeros(c.rows, dtype=bool)
         self.measured = c.lost_motion.copy()
         self.noise_arcsec = 1.0
+        self.form_basis = FormBasis.of(self.hysteresis)
+        self.form_error: FormError | None = None
 
     def begin_from(self, lost_motion: FloatArray) -> None:
         """Start with the slopes of a lost motion, see `SegmentedCurve.begin_from`."""
@@ -391,6 +398,7 @@ class BaselineModel:
         other.measured = conditions.lost_motion.copy()
         other.outlier = np.zeros(conditions.rows, dtype=bool)
         other.deviations = np.zeros((conditions.runs, len(DEVIATIONS)))
+        other.form_basis, other.form_error = FormBasis.of(hysteresis), None
         return other
 
     def with_planned(self, conditions: Conditions) -> BaselineModel:
@@ -409,4 +417,5 @@ class BaselineModel:
         other.outlier = np.concatenate((self.outlier, np.zeros(more, dtype=bool)))
         other.deviations = np.zeros((conditions.runs, len(DEVIATIONS)))
         other.deviations[: self.conditions.runs] = self.deviations
+        other.form_basis, other.form_error = FormBasis.of(other.hysteresis), None
         return other

@@ -18,8 +18,14 @@ STIFFNESS, FRICTION, GAP = range(len(DEVIATIONS))
 DEVIATION_MAX = 0.5
 """A run whose friction differs by more than half belongs to another drive."""
 
+<<<<<<< HEAD
 GAP_CLOSES = 0.005
 """Torque at which a radial gap is closed, relative to rated torque (model 9a: 0.1 to 0.5 %)."""
+=======
+GAP_CLOSES = 0.004
+"""Torque at which a radial gap has closed, over rated torque (model 9a: 0.1 to 0.5 %); the effects
+of a gap start from it, too (lib/runtime/effects/closed_share.h)."""
+>>>>>>> c3a7f5b0 (evidence: hold what the form cannot follow as an error shared by all runs)
 
 
 def width_factor(deviations: FloatArray) -> FloatArray:
@@ -33,5 +39,5 @@ def stiffness_factor(deviations: FloatArray) -> FloatArray:
 
 
 def gap_closed(wound: FloatArray, rated_torque_Nm: float) -> FloatArray:
-    """Share of a gap that a torque has closed, -1 to 1."""
-    return np.asarray(np.tanh(wound / (GAP_CLOSES * rated_torque_Nm)))
+    """Share of a gap that a torque has closed, -1 to 1, as the effects of a gap define it."""
+    return np.asarray(np.clip(wound / (GAP_CLOSES * rated_torque_Nm), -1.0, 1.0))

@@ -1,0 +1,154 @@
+"""How large the error of the form of the baseline model is: its variance, and its size."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion import rules
+from lostmotion.candidates.candidate import Candidate
+from lostmotion.discover.contest_round import Projector, form_size, swing_by_run
+from lostmotion.discover.linearise import Settled, columns_of, form_part, noise_rms
+from lostmotion.discover.shortlist import least_sizes
+from lostmotion.effects.conditions import side_by_side
+from lostmotion.evidence.contest import FIRST_OMEGA
+from lostmotion.evidence.gram import Evidence, gather
+from lostmotion.evidence.noise import Noise
+from lostmotion.evidence.scatter import RestrictedLikelihood, reduce
+from lostmotion.fit.baseline import BaselineModel
+from lostmotion.fit.form_error import FormError
+
+FloatArray = npt.NDArray[np.float64]
+
+SD_TRIALS = np.geomspace(0.1, 100.0, 7)
+"""Standard deviations that are tried, over the noise within runs; between them a parabola tells."""
+
+RANK_MOST = 64
+"""Directions of the form's error that are kept, at most: they cost time with every candidate."""
+
+
+def with_form(base: BaselineModel, candidates: Sequence[Candidate]) -> list[FloatArray]:
+    """Columns of the largest model beside the base: all candidates, and the error of the form."""
+    return [*(candidate.columns for candidate in candidates), base.form_basis.columns]
+
+
+def with_form_error(
+    base: BaselineModel, noise: Noise, candidates: Sequence[Candidate]
+) -> BaselineModel:
+    """Copy a base, with the error of its form as it is told beside the named candidates."""
+    other = base.copy()
+    named = [candidate.columns for candidate in candidates if candidate.named]
+    other.form_error = estimate_form_error(base, noise, named)
+    return other
+
+
+def estimate_form_error(
+    base: BaselineModel, noise: Noise, effects: Sequence[FloatArray]
+) -> FormError | None:
+    """Error of the form: standard deviation of its coefficients by REML, and where it is.
+
+    As the noise, it is told beside the largest model: what a named effect explains is not the
+    form's. Of all directions those are kept for which the recordings speak.
+
+    Parameters
+    ----------
+    base : BaselineModel
+    noise : Noise
+    effects : sequence of ndarray
+        Columns of the named candidates.
+
+    Returns
+    -------
+    FormError or None
+        None where the recordings do not speak for one by `rules.GAIN_LEAST`.
+    """
+    basis = base.form_basis.columns
+    fixed, precision, scatter, response = columns_of(base, base.at(), form=False)
+    columns = side_by_side(fixed, *effects, basis)
+    given = np.append(precision, np.zeros(columns.shape[1] - precision.size))
+    whole = gather(columns, given, scatter, (), response, noise, base.conditions.starts)
+    own = slice(-basis.shape[1], None)
+    omega = np.full(whole.scatter.size, FIRST_OMEGA)
+    bare = replace(whole, fixed=whole.fixed[: own.start], precision=whole.precision[: own.start])
+    omega, without = RestrictedLikelihood(bare, bare.index()).lowest(omega)
+    scale = whole.scale[whole.fixed[own]]
+
+    def known(log_sd: float) -> Evidence:
+        more = whole.precision.copy()
+        more[own] = np.exp(-2.0 * log_sd) / scale**2
+        return replace(whole, precision=more)
+
+    def objective(log_sd: float) -> float:
+        evidence = known(log_sd)
+        _, value = RestrictedLikelihood(evidence, evidence.index()).lowest(omega)
+        return value + scale.size * log_sd + float(np.log(scale).sum())
+
+    trials = np.log(noise_rms(noise, base)) + np.log(SD_TRIALS)
+    values = [objective(log_sd) for log_sd in trials]
+    least = int(np.argmin(values))
+    if values[least] >= without - rules.GAIN_LEAST:
+        return None
+    log_sd = float(trials[least])
+    if 0 < least < len(trials) - 1:
+        log_sd += lowest_of_parabola(values[least - 1 : least + 2]) * float(trials[1] - trials[0])
+    sd = float(np.exp(log_sd))
+    # What an effect explains may be the form's all the same: it is judged beside all of that.
+    alone = np.r_[: fixed.shape[1], columns.shape[1] - basis.shape[1] : columns.shape[1]]
+    evidence = known(log_sd)
+    evidence = replace(evidence, fixed=evidence.fixed[alone], precision=evidence.precision[alone])
+    omega, _ = RestrictedLikelihood(evidence, evidence.index()).lowest(omega)
+    turn = form_directions(evidence, omega, scale, sd)
+    return FormError(basis @ turn, sd, without - values[least]) if turn.shape[1] else None
+
+
+def lowest_of_parabola(values: Sequence[float]) -> float:
+    """Place of the lowest point of a parabola through three values, in steps from the middle."""
+    low, middle, high = values
+    return 0.5 * (low - high) / max(low - 2.0 * middle + high, 1e-300)
+
+
+def form_directions(
+    evidence: Evidence, omega: FloatArray, scale: FloatArray, sd: float
+) -> FloatArray:
+    """Directions of the form's error for each of which the recordings speak, strongest first."""
+    index = evidence.index()
+    total = reduce(evidence, index, omega).matrix.sum(axis=0)
+    first = index.size - 1 - scale.size
+    others, own = slice(0, first), slice(first, -1)
+    ridge = np.diag(evidence.ridge(index)[others])
+    carried = np.linalg.solve(total[others, others] + ridge, total[others, first:])
+    left = (total[own, first:] - total[own, others] @ carried) * scale[:, None]
+    information, slope = left[:, :-1] * scale, left[:, -1]
+    value, vector = np.linalg.eigh(0.5 * (information + information.T))
+    value = np.maximum(value, 0.0)
+    gain = 0.5 * ((slope @ vector) ** 2 / (value + sd**-2.0) - np.log1p(value * sd**2))
+    kept = [place for place in np.argsort(-gain)[:RANK_MOST] if gain[place] >= rules.GAIN_LEAST]
+    return np.asarray(vector[:, kept])
+
+
+def form_error_told(
+    settled: Settled, within: float, kept: Mapping[str, float], largest: float
+) -> float:
+    """Size of the form's error, arc seconds, where it counts; nothing where it does not.
+
+    Beside effects that were `kept`, of which the largest has a size, it counts as any shape does:
+    it may be what the form of those does not meet.
+    """
+    base = settled.base
+    if base.form_error is None:
+        return 0.0
+    size, least = form_error_size(settled), least_sizes(within, kept, largest).shape
+    swing, rows = swing_by_run(base, base.at()), np.diff(base.conditions.starts)
+    return size if size >= max(least, form_size(swing, rows)) else 0.0
+
+
+def form_error_size(settled: Settled) -> float:
+    """Root mean square, arc seconds, of the form's error beside all that the model can do."""
+    base = settled.base
+    if base.form_error is None:
+        return 0.0
+    rest = Projector(base.fixed_columns(base.at()))
+    return rest.size(form_part(base, settled.contest))

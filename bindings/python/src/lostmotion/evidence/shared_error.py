@@ -1,0 +1,64 @@
+"""An error that the runs of a campaign share, taken out of its evidence.
+
+Its columns belong to one campaign, and no other has them: merged, they would be as many as all
+campaigns have together. What is left after them, with what their prior says of it, tells every
+hypothesis the same as they would beside it (Frisch-Waugh).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.evidence.gram import Evidence
+from lostmotion.evidence.scatter import reduce
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.intp]
+
+
+def without_shared(evidence: Evidence, shared: IntArray, omega: FloatArray) -> Evidence:
+    """Take fixed columns that all runs share out of every other column, and out of the evidence.
+
+    Every column loses what the shared ones predict of it, as all runs together tell it beside
+    their scatter. The prior's part of the sums belongs to no run: each has an even share of it.
+
+    Parameters
+    ----------
+    evidence : Evidence
+    shared : ndarray
+        Places of the shared columns, some of the fixed ones.
+    omega : ndarray
+        Variances of the scattering columns.
+    """
+    inner = np.concatenate((shared, evidence.scatter))
+    others = np.setdiff1d(np.arange(evidence.scale.size), inner)
+    total = reduce(evidence, np.concatenate((shared, others)), omega).matrix.sum(axis=0)
+    own = slice(0, shared.size)
+    prior = evidence.precision[np.searchsorted(evidence.fixed, shared)]
+    predicted = np.linalg.solve(total[own, own] + np.diag(prior), total[own, shared.size :])
+    change = np.eye(evidence.scale.size)
+    change[np.ix_(shared, others)] = -predicted
+    gram = np.einsum("ai,rab,bj->rij", change, evidence.gram, change, optimize=True)
+    said = predicted.T @ (prior[:, None] * predicted) / evidence.runs
+    gram[:, others[:, None], others] += said
+    return without_columns(replace(evidence, gram=gram), shared)
+
+
+def without_columns(evidence: Evidence, gone: IntArray) -> Evidence:
+    """Leave some of the fixed columns out."""
+    keep = np.delete(np.arange(evidence.scale.size), gone)
+    moved = np.full(evidence.scale.size, -1)
+    moved[keep] = np.arange(keep.size)
+    stays = ~np.isin(evidence.fixed, gone)
+    return Evidence(
+        evidence.gram[:, keep[:, None], keep],
+        evidence.scale[keep],
+        moved[evidence.fixed[stays]],
+        moved[evidence.scatter],
+        {name: moved[block] for name, block in evidence.blocks.items()},
+        int(moved[evidence.response]),
+        evidence.precision[stays],
+    )

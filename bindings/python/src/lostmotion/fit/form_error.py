@@ -1,0 +1,142 @@
+"""What a baseline model's form cannot follow: a function of torque and its history, for all runs.
+
+The model discrepancy of Kennedy and O'Hagan (Journal of the Royal Statistical Society B 63, 2001),
+of low rank: columns with one variance, shared by all runs, so that what runs have in common belongs
+to the model's error and run scatter is what differs between repeats. The columns are
+
+- Preisach's: odd functions of operators of several half widths (Mayergoyz, Mathematical Models of
+  Hysteresis, 1991): rate-independent, with the memory of any bank of operators;
+- along the torque path, for runs that repeat each other's: friction laws that creep under repeated
+  loops (Bouc-Wen, Dahl) have no such memory.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+from scipy import special
+
+from lostmotion.effects.conditions import Conditions
+from lostmotion.fit.hysteresis import Hysteresis, operator_columns
+
+FloatArray = npt.NDArray[np.float64]
+
+RADIUS_RANGE, RADII = (0.01, 0.7), 8
+"""Half widths of the operators over the largest torque."""
+
+END_RANGE, ENDS = (0.02, 0.9), 5
+"""Ends of the stretches of their functions over the largest torque, on each side."""
+
+PATH_PIECES = 24
+"""Stretches of a torque path over which what its runs share is straight."""
+
+PATH_TOLERANCE = 0.15
+"""Rms difference of two torque paths, over their own rms, up to which runs repeat each other's: the
+noise of the torque in the smallest loops is a tenth of them."""
+
+SEEN = 1e-3
+"""A column whose rms is less than this of the largest one is left out."""
+
+
+@dataclass(frozen=True)
+class FormError:
+    """The error of form of a model, as far as recordings tell it.
+
+    Attributes
+    ----------
+    columns : ndarray
+        Columns of low rank, (rows, n), which all runs share.
+    sd_arcsec : float
+        Standard deviation of each of their coefficients.
+    gain : float
+        Rise of the restricted log likelihood by them, nats.
+    """
+
+    columns: FloatArray
+    sd_arcsec: float
+    gain: float
+
+    @property
+    def p(self) -> float:
+        """Chance of such a gain without one: half of chi squared, for a variance has one side."""
+        return 0.5 * float(special.chdtrc(1, 2.0 * self.gain))
+
+    @property
+    def precision(self) -> FloatArray:
+        """Prior precision of the coefficients."""
+        return np.full(self.columns.shape[1], self.sd_arcsec**-2.0)
+
+
+@dataclass
+class FormBasis:
+    """All columns that an error of form may have, over one campaign.
+
+    Attributes
+    ----------
+    conditions : Conditions
+    sessions : list of slice
+        Rows within which memory goes on.
+    """
+
+    conditions: Conditions
+    sessions: list[slice]
+
+    @classmethod
+    def of(cls, hysteresis: Hysteresis) -> FormBasis:
+        """Columns over the recordings of a model."""
+        return cls(hysteresis.conditions, hysteresis.sessions)
+
+    @cached_property
+    def columns(self) -> FloatArray:
+        """Columns, (rows, n): a unit of each is about an arc second."""
+        return np.asfortranarray(np.column_stack((self.preisach(), *self.paths())))
+
+    def preisach(self) -> FloatArray:
+        """Odd functions of operators, each of unit rms."""
+        torque = self.conditions.torque
+        largest = float(np.max(np.abs(torque)))
+        radius = largest * np.geomspace(*RADIUS_RANGE, RADII)
+        steady, one = np.zeros(RADII), np.ones(torque.size)
+        operators = torque[:, None] + operator_columns(radius, steady, torque, one, self.sessions)
+        ends = np.concatenate(([0.0], largest * np.geomspace(*END_RANGE, ENDS), [np.inf]))
+        size, sign = np.abs(operators), np.sign(operators)
+        stretches = [sign * np.clip(size - low, 0.0, high - low) for low, high in pairwise(ends)]
+        columns = np.hstack(stretches)
+        rms = np.sqrt(np.mean(columns**2, axis=0))
+        seen = rms > SEEN * rms.max(initial=0.0)
+        return np.asarray(columns[:, seen] / rms[seen])
+
+    def paths(self) -> list[FloatArray]:
+        """Hat functions along the path of every group of runs that repeat each other's torque."""
+        c = self.conditions
+        slices, out = c.slices(), []
+        for group in self.repeats():
+            columns = np.zeros((c.rows, PATH_PIECES))
+            for run in group:
+                at = slices[run]
+                along = np.linspace(0.0, PATH_PIECES - 1.0, at.stop - at.start)
+                columns[at] = np.maximum(1.0 - np.abs(along[:, None] - np.arange(PATH_PIECES)), 0.0)
+            out.append(columns)
+        return out
+
+    def repeats(self) -> list[list[int]]:
+        """Groups of at least two runs that repeat each other's torque path."""
+        c = self.conditions
+        groups: list[list[int]] = []
+        firsts: list[FloatArray] = []
+        for run, at in enumerate(c.slices()):
+            path = c.torque[at]
+            path = np.interp(np.linspace(0, 1, 8 * PATH_PIECES), np.linspace(0, 1, path.size), path)
+            for group, first in zip(groups, firsts, strict=True):
+                own = float(np.sqrt(np.mean(first**2)))
+                if float(np.sqrt(np.mean((path - first) ** 2))) <= PATH_TOLERANCE * own:
+                    group.append(run)
+                    break
+            else:
+                groups.append([run])
+                firsts.append(path)
+        return [group for group in groups if len(group) > 1]

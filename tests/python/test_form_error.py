@@ -1,0 +1,94 @@
+"""What the form of the baseline model cannot follow: its columns, its variance, its effect."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from small_campaigns import RATED_NM, RATIO, answer_of, campaign, gap
+
+from lostmotion.discover import diagnose
+from lostmotion.discover.conclusion import HYSTERESIS_FORM
+from lostmotion.effects.conditions import Conditions
+from lostmotion.evidence.gram import gather
+from lostmotion.evidence.noise import Noise
+from lostmotion.evidence.scatter import reduce
+from lostmotion.evidence.shared_error import without_shared
+from lostmotion.fit.baseline import BaselineModel
+from lostmotion.recordings import Campaign, Run
+
+
+def basis(data):
+    return BaselineModel(Conditions(data), RATED_NM).form_basis
+
+
+def other_loop(columns, wound):
+    """A loop of another shape: odd under a change of sign, and no function of the torque."""
+    return 2.0 * np.cos(3.0 * 2.0 * np.pi * columns["time"] / 25.0)
+
+
+def opening_gap(columns, wound):
+    return gap(columns, wound) + other_loop(columns, wound)
+
+
+def test_columns_of_the_torques_history_are_odd_and_know_no_rate():
+    data = campaign(1, runs=6, rows=300)
+    turned, slow = (
+        Campaign([Run(run.label, "made.csv", dict(run.columns)) for run in data.runs])
+        for _ in range(2)
+    )
+    for run in turned.runs:
+        run.columns["torque"] = -run.columns["torque"]
+    for run in slow.runs:
+        run.columns["time"] = 7.0 * run.columns["time"]
+    columns = basis(data).preisach()
+    assert basis(turned).preisach() == pytest.approx(-columns, abs=1e-12)
+    assert np.array_equal(basis(slow).preisach(), columns)
+    assert np.sqrt(np.mean(columns**2, axis=0)) == pytest.approx(1.0)
+
+
+def test_runs_that_repeat_a_torque_path_share_what_is_along_it():
+    data = campaign(2, runs=7, rows=300)  # three amplitudes, one after the other
+    assert basis(data).repeats() == [[0, 3, 6], [1, 4], [2, 5]]
+    data.runs[6].columns["torque"] = 0.8 * data.runs[6].columns["torque"]
+    assert basis(data).repeats() == [[0, 3], [1, 4], [2, 5]]
+
+
+def test_what_runs_of_one_load_share_is_no_effect_and_no_scatter():
+    data = campaign(4, runs=9, rows=250, add=opening_gap)
+    answer = answer_of(data, friction="inside")
+    assert answer["effects"] == ["thermal_gap"]
+    said = [what["shape"] for what in answer["unexplained"]["depends_on"]]
+    assert said == [HYSTERESIS_FORM]
+    # Noise of 1 arcsec; the scatter that the campaign has makes it 1.06.
+    assert answer["noise"]["within_runs_arcsec"] == pytest.approx(1.0, rel=0.15)
+    assert answer["noise_floor_arcsec"] == pytest.approx(1.06, rel=0.15)
+
+
+def test_a_drive_of_the_baselines_form_has_no_such_error():
+    diagnosis = diagnose(None, campaign(5, runs=8, rows=250), ratio=RATIO, rated_torque_Nm=RATED_NM)
+    assert diagnosis.verdict == "complete"
+    assert diagnosis.selection is not None
+    assert diagnosis.selection.settled[0].base.form_error is None
+
+
+def test_evidence_without_the_forms_error_says_what_it_says_beside_it():
+    rng = np.random.default_rng(3)
+    starts = np.arange(0, 250, 40)
+    rows, runs = int(starts[-1]), starts.size - 1
+    fixed, scatter, block = (rng.normal(size=(rows, n)) for n in (7, 2, 3))
+    precision = np.array([0.0, 0.1, 0.0, 0.2, 30.0, 20.0, 10.0])
+    noise = Noise([np.array([0.3])] * runs, np.linspace(0.8, 1.2, runs))
+    whole = gather(
+        fixed, precision, scatter, [("effect", block)], rng.normal(size=rows), noise, starts
+    )
+    omega = np.array([0.3, 0.05])
+    left = without_shared(whole, whole.fixed[-3:], omega)
+    index = whole.index("effect")
+    beside = reduce(whole, index, omega).matrix.sum(axis=0)
+    shared, others = index[4:7], np.delete(np.arange(index.size), (4, 5, 6))
+    inner = beside[np.ix_(shared, shared)] + np.diag(whole.precision[4:7])
+    taken = np.linalg.solve(inner, beside[np.ix_(shared, others)])
+    expected = beside[np.ix_(others, others)] - beside[np.ix_(others, shared)] @ taken
+    found = reduce(left, left.index("effect"), omega).matrix.sum(axis=0)
+    assert found == pytest.approx(expected, rel=1e-9, abs=1e-9)
+    assert left.precision == pytest.approx(whole.precision[:4])
