@@ -213,3 +213,21 @@ def form_beside(
     several = len(found.terms) > len(beside.terms) + 1
     rival = tried(without_deviations(found)) if several else None
     return choose_form(beside, effects, ratio, rival=rival).form
+
+
+def better_than_forms(with_effect: BaselineModel) -> bool:
+    """Whether the last effect of a model predicts runs left out better than any form does.
+
+    The forms are those of the hysteresis of the same model without the effect.
+    """
+    own = tried(without_deviations(with_effect)).mean_square
+    plain = with_effect.copy()
+    del plain.terms[-1]
+    given = friction_form(plain)
+    fits = {given: without_deviations(plain)}
+    for form in FORMS:
+        if form != given and leads_to(given, form):
+            fits[form] = in_form(fits[given], form, known=fits)
+            if tried(fits[form]).mean_square <= own:
+                return False
+    return True

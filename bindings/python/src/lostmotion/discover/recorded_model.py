@@ -12,6 +12,7 @@ from lostmotion.candidates import shapes
 from lostmotion.candidates.between_runs import between_runs
 from lostmotion.candidates.candidate import LOAD_NEEDS, Candidate
 from lostmotion.candidates.named import named_candidates
+from lostmotion.discover.baseline_form import better_than_forms
 from lostmotion.discover.choice import Step
 from lostmotion.discover.contest_round import (
     ContestRound,
@@ -180,11 +181,16 @@ class RecordedModel(GrowingModel):
         return None if found is None else self.beside_form_error(found)
 
     def beside_form_error(self, found: Contender) -> Contender | None:
-        """Tell the form's error beside an effect that was fitted without; None if much is left."""
+        """Estimate the form's error beside an effect that was fitted without it.
+
+        None if much of it is left, or if another form of the hysteresis predicts as well.
+        """
         base, noise = model_of(found), self.noise
         settled = settle(with_form_error(base, noise, self.candidates(base)[0]), noise)
         kept = {term.effect.name: term_size(base, k) for k, term in enumerate(base.terms)}
         if form_error_told(settled, self.within, kept, max(kept.values())):
+            return None
+        if not better_than_forms(base):
             return None
         by_run = settled.density - self.now.density
         return replace(found, settled=settled, gain=float(by_run.sum()), gain_by_run=by_run)
