@@ -18,14 +18,9 @@ STIFFNESS, FRICTION, GAP = range(len(DEVIATIONS))
 DEVIATION_MAX = 0.5
 """A run whose friction differs by more than half belongs to another drive."""
 
-<<<<<<< HEAD
-GAP_CLOSES = 0.005
-"""Torque at which a radial gap is closed, relative to rated torque (model 9a: 0.1 to 0.5 %)."""
-=======
 GAP_CLOSES = 0.004
-"""Torque at which a radial gap has closed, over rated torque (model 9a: 0.1 to 0.5 %); the effects
-of a gap start from it, too (lib/runtime/effects/closed_share.h)."""
->>>>>>> c3a7f5b0 (evidence: hold what the form cannot follow as an error shared by all runs)
+"""Torque at which a radial gap is closed, relative to rated torque (model 9a: 0.1 to 0.5 %).
+Effects of a gap start from the same value (lib/runtime/effects/closed_share.h)."""
 
 
 def width_factor(deviations: FloatArray) -> FloatArray:
