@@ -1,8 +1,8 @@
-"""An error that the runs of a campaign share, taken out of its evidence.
+"""Evidence of a campaign without the columns of an error that its runs share.
 
-Its columns belong to one campaign, and no other has them: merged, they would be as many as all
-campaigns have together. What is left after them, with what their prior says of it, tells every
-hypothesis the same as they would beside it (Frisch-Waugh).
+The columns belong to one campaign: merged evidence would have those of all campaigns. The other
+columns are projected off them, with their prior; every hypothesis then has the same likelihood as
+with them in the model (Frisch-Waugh).
 """
 
 from __future__ import annotations
