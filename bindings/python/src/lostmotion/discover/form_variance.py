@@ -31,14 +31,14 @@ RANK_MOST = 64
 
 
 def with_form(base: BaselineModel, candidates: Sequence[Candidate]) -> list[FloatArray]:
-    """Columns of the largest model beside the baseline model: all candidates, and the error of the form."""
+    """Columns of all candidates and of the error of the form: the largest model."""
     return [*(candidate.columns for candidate in candidates), base.form_basis.columns]
 
 
 def with_form_error(
     base: BaselineModel, noise: Noise, candidates: Sequence[Candidate]
 ) -> BaselineModel:
-    """Copy a baseline model, with the error of its form as it is told beside the named candidates."""
+    """Copy a baseline model with the error of its form, estimated beside the named candidates."""
     other = base.copy()
     named = [candidate.columns for candidate in candidates if candidate.named]
     other.form_error = estimate_form_error(base, noise, named)
