@@ -48,7 +48,7 @@ void axis_home(axis *a) {
 int axis_reference(axis *a, float motor_rad, float angle_rad) {
   const uint32_t status = a->correction.status;
   if (a->state != AXIS_HOMING || !(status & LM_STATE_SETTLED) ||
-      (status & LM_STATE_MEMORY_UNKNOWN)) {
+      lm_bound_uncertainty(&a->compensator) > 0) {
     return 1;
   }
   a->zero_rad += angle_rad - axis_reported(a, motor_rad);

@@ -54,8 +54,9 @@
  *     corrects the lost motion by itself; an added correction would shift the output by its full
  *     amount. In that case use the model as a feed-forward for what the loop is too slow for: the
  *     motor's travel across the lost motion at a load reversal, and the ripple of effects such as
- *     kinematic_error. Add velocity_rad_s to the commanded motor velocity and acceleration_rad_s2
- *     to its acceleration, and add nothing to the position (firmware_examples/output_loop).
+ *     kinematic_error. Add velocity_rad_s times ratio to the commanded motor velocity and
+ *     acceleration_rad_s2 times ratio to its acceleration, and add nothing to the position
+ *     (firmware_examples/output_loop). Both are rates of the output.
  *
  * Ringing. A measured, unfiltered torque can drive the correction into a limit cycle at the joint's
  * resonance. Ringing is detected (LM_STATE_RINGING) when the correction reverses six times in

@@ -32,6 +32,8 @@
  *   - give lm_estimate_torque the motor's own velocity and acceleration, correction included;
  *   - pass the estimate through lm_hold_torque with lm_bound_torque, so that friction of unknown
  *     sign at standstill causes no motion;
+ *   - do not use the estimate while a brake holds the motor: its current is zero and the gear still
+ *     bears the load. Keep the torque from before; at power-up take that of the command;
  *   - or take the torque from the command: gravity, inertia and lm_guess_torque.
  *
  * If the correction rings nevertheless, this is detected and the correction is slowed
