@@ -17,9 +17,8 @@ from hypothesis import settings
 from lostmotion.drives import format_toml
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "fuzz"))
-from sound_files import BOUGHT, DRAWN
-
 from small_search import SMALL, Write, format_spec, left_by
+from sound_files import BOUGHT, DRAWN
 
 DATA = Path(__file__).parents[1] / "data"
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from small_search import SMALL
 
 from conftest import DATA
 from lostmotion.calibrate import calibrate
@@ -19,7 +20,6 @@ from lostmotion.drives import Drive, format_toml, parse_drive
 from lostmotion.errors import InputError
 from lostmotion.idealisations import idealisations
 from lostmotion.model import design_model
-from small_search import SMALL
 
 
 def drawing(ratio: int = 100) -> Drive:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from small_campaigns import RATED_NM, campaign
 
 import lostmotion
 from conftest import needs_compiler
@@ -23,7 +24,6 @@ from lostmotion.effects.formula import formula, write_c
 from lostmotion.errors import InputError
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.terms import start_values
-from small_campaigns import RATED_NM, campaign
 
 PACKAGE = Path(lostmotion.__file__).parent
 LIB = Path(__file__).resolve().parents[2] / "lib"

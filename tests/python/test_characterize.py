@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from loops_of_known_drives import ARCMIN, ARCSEC, SIZES, Loop
 from scipy import stats
 
-from loops_of_known_drives import ARCMIN, ARCSEC, SIZES, Loop
 from lostmotion.characterize import characterize, standard_figures
 from lostmotion.characterize.backlash import find_backlash
 from lostmotion.characterize.characterization import CURVE, fit_torsion_curve

@@ -7,6 +7,17 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from small_campaigns import (
+    ARCSEC,
+    DRIVE,
+    RATED_NM,
+    RATIO,
+    answer_of,
+    campaign,
+    gap,
+    read_by_encoders,
+    ripple,
+)
 
 from lostmotion.candidates.forms import form_of
 from lostmotion.discover import diagnose, library
@@ -24,17 +35,6 @@ from lostmotion.fit.terms import RUN_SCATTER, Term
 from lostmotion.recordings import Campaign, Run
 from lostmotion.report.discovery import verdict_sentence
 from lostmotion.units import parse_unit
-from small_campaigns import (
-    ARCSEC,
-    DRIVE,
-    RATED_NM,
-    RATIO,
-    answer_of,
-    campaign,
-    gap,
-    read_by_encoders,
-    ripple,
-)
 
 
 @pytest.fixture(scope="module")

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from small_campaigns import RATED_NM, RATIO, campaign, torque_of
 
 from lostmotion import rules
 from lostmotion.candidates.between_runs import levels, partings, run_drifts, scan
@@ -29,7 +30,6 @@ from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.terms import Term
 from lostmotion.recordings import Campaign, Run
 from lostmotion.torsion_curve import run_plays
-from small_campaigns import RATED_NM, RATIO, campaign, torque_of
 
 ARCSEC = np.pi / 180 / 3600
 RUNS, ROWS = 20, 80

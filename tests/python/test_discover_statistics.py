@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from nulls import ramps, white
 from scipy import stats
 from scipy.signal import lfilter
 
@@ -12,7 +13,6 @@ from lostmotion.evidence.contest import Contest
 from lostmotion.evidence.gram import gather
 from lostmotion.evidence.noise import Noise, autoregression, fit_noise, rate_groups, variance_of
 from lostmotion.evidence.scatter import LOG_OMEGA, RestrictedLikelihood, without_scatter
-from nulls import ramps, white
 
 RUNS, ROWS = 14, 120
 

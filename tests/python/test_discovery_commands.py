@@ -7,6 +7,7 @@ import json
 
 import numpy as np
 import pytest
+from small_campaigns import ARCSEC, DRIVE, campaign, gap, turning_joint, write
 
 from lostmotion.cli import main
 from lostmotion.discover import library
@@ -14,7 +15,6 @@ from lostmotion.discover.fitted_model import fit_model
 from lostmotion.drives import format_toml, parse_drive, read_drive, tomllib
 from lostmotion.errors import InputError
 from lostmotion.fit.drive_file import make_base
-from small_campaigns import ARCSEC, DRIVE, campaign, gap, turning_joint, write
 
 
 def test_a_fitted_file_reads_back_as_the_same_model():

@@ -8,6 +8,7 @@ import shlex
 import numpy as np
 import pytest
 import tomllib
+from small_campaigns import ARCSEC, DRIVE, campaign
 
 from lostmotion.commands.discover import show_diagnosis
 from lostmotion.compare import compare
@@ -18,7 +19,6 @@ from lostmotion.errors import InputError
 from lostmotion.export import make_controller
 from lostmotion.fit.drive_file import written_effects
 from lostmotion.recordings import Campaign
-from small_campaigns import ARCSEC, DRIVE, campaign
 
 ORDER = 0.43
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from small_search import format_spec
 
 from conftest import NO_SEARCH
 from lostmotion.core import core
@@ -16,7 +17,6 @@ from lostmotion.fits import LETTERS, limit_deviations, read_class
 from lostmotion.model import design_model
 from lostmotion.predict import predict
 from lostmotion.tooth_grades import infeed_um, runout_um
-from small_search import format_spec
 
 PUBLISHED_UM = {
     # ISO 286-2, tables of limit deviations, as makers of bearings and tools reprint them.

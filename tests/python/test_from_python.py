@@ -7,6 +7,7 @@ import inspect
 import numpy as np
 import pandas as pd
 import pytest
+from small_campaigns import DRIVE, RATED_NM, RATIO, campaign, gap
 
 import lostmotion as lm
 from lostmotion.catalogue import Catalogue
@@ -20,7 +21,6 @@ from lostmotion.model import make_torsion_curve
 from lostmotion.predict import predict
 from lostmotion.recordings import QUANTITIES, Campaign
 from lostmotion.torsion_curve import TorsionCurve
-from small_campaigns import DRIVE, RATED_NM, RATIO, campaign, gap
 
 LINE = 400
 """Longest repr, in characters: it is in a cell of a notebook, and in a message."""

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
 from loops_of_known_drives import ARCMIN, ARCSEC, Loop
+
 from lostmotion.characterize import characterize, standard_figures
 from lostmotion.characterize.characterization import fit_torsion_curve
 from lostmotion.characterize.figures import hysteresis_loss

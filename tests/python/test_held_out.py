@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from small_campaigns import ARCSEC, RATED_NM, RATIO, campaign
 
 from lostmotion.candidates.named import named_candidates
 from lostmotion.discover import library
@@ -14,7 +15,6 @@ from lostmotion.fit import held_out
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.held_out import held_out_residual
 from lostmotion.fit.terms import Term
-from small_campaigns import ARCSEC, RATED_NM, RATIO, campaign
 
 RUNS = 9
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from small_campaigns import DRIVE, RATED_NM, RATIO, campaign, gap, ripple, write
 
 from lostmotion.cli import main
 from lostmotion.discover import diagnose, fit_model
@@ -22,7 +23,6 @@ from lostmotion.evidence.merging import merge_bodies
 from lostmotion.recordings import Campaign
 from lostmotion.torsion_curve import run_plays
 from lostmotion.units import ARCSEC
-from small_campaigns import DRIVE, RATED_NM, RATIO, campaign, gap, ripple, write
 
 
 def diagnosis_of(data: Campaign) -> Any:

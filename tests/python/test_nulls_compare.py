@@ -6,6 +6,7 @@ from collections import Counter
 
 import numpy as np
 import pytest
+from nulls import most
 from scipy.signal import lfilter
 
 from lostmotion.compare.chance import variance_explained
@@ -13,7 +14,6 @@ from lostmotion.compare.failures import where_it_fails
 from lostmotion.compare.repeatability import repeatability_of
 from lostmotion.effects.conditions import Conditions
 from lostmotion.recordings import Campaign, Run
-from nulls import most
 
 TRIALS = 60
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from nulls import fewest, most, ramps, white
 from scipy import stats
 from scipy.signal import lfilter
 
@@ -12,7 +13,6 @@ from lostmotion.discover.gates import accepted, paired_t, runs_separate, signed_
 from lostmotion.evidence.contest import Contest
 from lostmotion.evidence.gram import Evidence, gather
 from lostmotion.evidence.noise import fit_noise
-from nulls import fewest, most, ramps, white
 
 RUNS, ROWS, SCATTER, COLOUR = 14, 100, 0.5, 0.7
 CANDIDATES = 16

@@ -7,15 +7,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from nulls import fewest, most
 from scipy import stats
 from scipy.signal import lfilter
+from small_campaigns import DRIVE, RATED_NM, RATIO, campaign
 
 from lostmotion.discover import diagnose, library
 from lostmotion.discover.fitted_model import fit_model
 from lostmotion.drives import parse_drive, tomllib
 from lostmotion.recordings import Campaign
-from nulls import fewest, most
-from small_campaigns import DRIVE, RATED_NM, RATIO, campaign
 
 ARCSEC = np.pi / 180 / 3600
 RUNS, ROWS = 9, 240

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from nulls import fewest, most, ramps, white
+from small_campaigns import RATED_NM, RATIO, campaign
 
 from lostmotion import rules
 from lostmotion.discover import diagnose
@@ -17,8 +19,6 @@ from lostmotion.discover.outlier_runs import (
 )
 from lostmotion.evidence.contest import Contest
 from lostmotion.evidence.gram import gather
-from nulls import fewest, most, ramps, white
-from small_campaigns import RATED_NM, RATIO, campaign
 
 RUNS, ROWS = 24, 60
 LOADS = np.tile([1.0, 2.0, 3.0], RUNS // 3)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from nulls import most
 from scipy import stats
 from scipy.signal import lfilter
 
@@ -17,7 +18,6 @@ from lostmotion.fit.baseline import BaselineModel
 from lostmotion.recordings import Campaign, Run
 from lostmotion.recordings.encoders import unwrap
 from lostmotion.recordings.soundness import check_sign, longest_stuck
-from nulls import most
 
 ARCSEC = np.pi / 180 / 3600
 

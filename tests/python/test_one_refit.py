@@ -6,12 +6,12 @@ import io
 
 import pytest
 import tomllib
+from small_campaigns import ARCSEC, DRIVE, campaign, gap
 
 from lostmotion.commands.discover import show_diagnosis, show_fit
 from lostmotion.compare import Comparison, compare
 from lostmotion.discover import Diagnosis, FittedModel, diagnose, fit_model
 from lostmotion.drives import parse_drive
-from small_campaigns import ARCSEC, DRIVE, campaign, gap
 
 EFFECT = "thermal_gap"
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from small_campaigns import ARCSEC, answer_of, campaign
 
 from conftest import needs_compiler
 from lostmotion.discover import Value, effect, library
@@ -15,7 +16,6 @@ from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.loading import load_python, load_shared_object
 from lostmotion.effects.template import template
 from lostmotion.errors import InputError
-from small_campaigns import ARCSEC, answer_of, campaign
 
 ROOT = Path(__file__).parents[2]
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from small_campaigns import ARCSEC, RATED_NM, campaign
 
 from lostmotion.discover.linearise import settle
 from lostmotion.discover.measurement_noise import estimate_noise
@@ -15,7 +16,6 @@ from lostmotion.effects.conditions import Conditions
 from lostmotion.fit.baseline import FILED, BaselineModel
 from lostmotion.fit.held_out import held_out_rms
 from lostmotion.fit.parameters import Block, Filed, Prior
-from small_campaigns import ARCSEC, RATED_NM, campaign
 
 LEAN = 3.0
 """Arc seconds that the recordings lean to one side under load."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from small_campaigns import DRIVE, RATED_NM, RATIO, campaign, gap
 
 from lostmotion.discover import diagnose, library
 from lostmotion.discover.fitted_model import fit_model
@@ -12,7 +13,6 @@ from lostmotion.discover.recording_check import check
 from lostmotion.drives import parse_drive, tomllib
 from lostmotion.errors import InputError
 from lostmotion.recordings import Campaign, Run
-from small_campaigns import DRIVE, RATED_NM, RATIO, campaign, gap
 
 
 def test_columns_that_change_together_are_told():

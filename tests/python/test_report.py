@@ -23,6 +23,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from shapely.affinity import rotate
 from shapely.geometry import Point, Polygon
+from small_campaigns import DRIVE, campaign, gap, ripple
 
 from conftest import DATA
 from lostmotion.catalogue import PARTS
@@ -68,7 +69,6 @@ from lostmotion.report.stages import collect_stages
 from lostmotion.report.svg import abridged, signs, simplify, text_width
 from lostmotion.report.wording import with_zeros
 from lostmotion.units import ARCMIN, ARCSEC
-from small_campaigns import DRIVE, campaign, gap, ripple
 
 DRIVES = DATA / "drives"
 LOOPS = DATA / "cycloidal_locked_output"

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import public_script
 import pytest
 
 import lostmotion as lm
-import public_script
 from lostmotion.fit.model_result import amplitudes
 from lostmotion.results import Parameter, ParameterTable
 from lostmotion.units import ARCMIN, ARCSEC

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from nulls import most
+from small_campaigns import ARCSEC, RATED_NM, RATIO, campaign
 
 from lostmotion.candidates.ripples import ripples
 from lostmotion.discover import diagnose
@@ -14,8 +16,6 @@ from lostmotion.discover.measurement_noise import estimate_noise
 from lostmotion.effects.conditions import Conditions
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.recordings import Campaign
-from nulls import most
-from small_campaigns import ARCSEC, RATED_NM, RATIO, campaign
 
 TURNS = 7.3
 

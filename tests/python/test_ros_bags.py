@@ -15,9 +15,6 @@ from conftest import DATA
 
 pytest.importorskip("rosbags", reason="no rosbags: pip install 'lostmotion[ros]'")
 
-from rosbags.rosbag2 import CompressionMode, StoragePlugin
-from rosbags.rosbag2.storage_mcap import zstd
-
 from bag_files import (
     RATIO,
     START_NS,
@@ -33,6 +30,9 @@ from bag_files import (
     wrench,
     write_bag,
 )
+from rosbags.rosbag2 import CompressionMode, StoragePlugin
+from rosbags.rosbag2.storage_mcap import zstd
+
 from lostmotion.cli import main
 from lostmotion.errors import InputError
 from lostmotion.recordings import Campaign, read_campaign

@@ -14,6 +14,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from distributed import LocalCluster
+from small_campaigns import DRIVE, campaign, gap
 
 from lostmotion.cli import main
 from lostmotion.cluster import connect
@@ -29,7 +30,6 @@ from lostmotion.sample import (
     strides_for,
     thin_campaign,
 )
-from small_campaigns import DRIVE, campaign, gap
 
 FloatArray = npt.NDArray[np.float64]
 RATIO = 100.0

@@ -60,7 +60,9 @@ def test_a_variance_of_nothing_holds_up_no_other(seed: int) -> None:
     time = np.tile(np.linspace(-1.0, 2.0, ROWS), RUNS)
     columns = np.column_stack((np.ones(RUNS * ROWS), time, time**2))
     own = np.repeat(rng.normal(size=(RUNS, 3)) * (*SCATTER, 0.0), ROWS, axis=0)
-    response = np.sum(columns * (own + (3.0, -2.0, 0.5)), axis=1) + rng.normal(size=time.size)
+    response = np.sum(columns * (own + np.array([3.0, -2.0, 0.5])), axis=1) + rng.normal(
+        size=time.size
+    )
     noise = Noise([np.zeros(0)] * RUNS, np.ones(RUNS))
     starts = np.arange(0, RUNS * ROWS + 1, ROWS)
     evidence = gather(columns, np.zeros(3), columns, (), response, noise, starts)

@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from small_search import Write
 
 from conftest import NO_SEARCH
 from lostmotion.cli import main
-from small_search import Write
 
 pytest.importorskip("lostmotion._search", reason=NO_SEARCH)
 

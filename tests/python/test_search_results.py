@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from small_search import SPECS, Write, format_spec
 
 from conftest import DATA, NO_SEARCH
 from lostmotion import design
@@ -22,7 +23,6 @@ from lostmotion.core import core
 from lostmotion.drives import parse_drive, read_drive, read_toml
 from lostmotion.model import ADVICE, design_model
 from lostmotion.structs import make_drive
-from small_search import SPECS, Write, format_spec
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from brute_force import polygons

@@ -21,12 +21,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from small_search import Write, left_by
 
 from conftest import NO_DASK, NO_SEARCH
 from lostmotion import design
 from lostmotion.cli import main
 from lostmotion.errors import InputError
-from small_search import Write, left_by
 
 pytest.importorskip("lostmotion._search", reason=NO_SEARCH)
 

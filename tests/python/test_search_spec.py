@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from small_search import SPECS, Write, format_spec
 
 from conftest import DATA, NO_SEARCH
 from lostmotion import design
@@ -15,7 +16,6 @@ from lostmotion.cli import main
 from lostmotion.core import core
 from lostmotion.design.spec import parse_spec
 from lostmotion.errors import InputError
-from small_search import SPECS, Write, format_spec
 
 pytest.importorskip("lostmotion._search", reason=NO_SEARCH)
 

@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from small_search import Write, left_by
 
 from conftest import NO_SEARCH
 from lostmotion import design
 from lostmotion.design.spec import parse_spec
 from lostmotion.errors import InputError
-from small_search import Write, left_by
 
 pytest.importorskip("lostmotion._search", reason=NO_SEARCH)
 

@@ -6,6 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from small_campaigns import RATED_NM, RATIO, answer_of, campaign, gap
 
 from lostmotion.discover import diagnose, library
 from lostmotion.discover.choice import choose, of_use, simplest
@@ -20,7 +21,6 @@ from lostmotion.effects.conditions import Conditions
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.terms import Term
 from lostmotion.threads import in_parallel
-from small_campaigns import RATED_NM, RATIO, answer_of, campaign, gap
 
 
 @pytest.fixture(scope="module")

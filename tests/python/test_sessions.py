@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from small_campaigns import RATED_NM, RATIO, campaign, write
 
 from lostmotion.discover import diagnose
 from lostmotion.discover.common_columns import gather_body
@@ -19,7 +20,6 @@ from lostmotion.recordings import Campaign, Run, read_campaign
 from lostmotion.sample import thin_campaign
 from lostmotion.torsion_curve import run_plays
 from lostmotion.units import ARCSEC
-from small_campaigns import RATED_NM, RATIO, campaign, write
 
 
 def moved_before(data: Campaign, state: float) -> Campaign:

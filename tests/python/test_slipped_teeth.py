@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from small_campaigns import ARCSEC, DRIVE, RATED_NM, RATIO, answer_of, campaign, gap
 
 from lostmotion.candidates.slipped_teeth import jumps
 from lostmotion.discover import diagnose, library
@@ -15,7 +16,6 @@ from lostmotion.evidence.merging import merge_bodies
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.recordings import Campaign, Run
 from lostmotion.torsion_curve import run_plays
-from small_campaigns import ARCSEC, DRIVE, RATED_NM, RATIO, answer_of, campaign, gap
 
 TOOTH_RAD = 2 * np.pi / (2 * RATIO + 2)
 OVERLOAD_NM = 2.5 * RATED_NM

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import tomllib
+from small_campaigns import ARCSEC, DRIVE, RATED_NM, campaign, gap
 
 from lostmotion.cli import main
 from lostmotion.discover.conclusion import minor_doubts
@@ -20,7 +21,6 @@ from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.fitted_range import beyond, in_words
 from lostmotion.fit.terms import Term
 from lostmotion.report.discovery import verdict_sentence
-from small_campaigns import ARCSEC, DRIVE, RATED_NM, campaign, gap
 
 CERTAIN = ("thermal_gap", {"verdict": "missing-effect", "rivals": []}, 3.0)
 OPEN = {"verdict": "ambiguous", "rivals": ["creep"]}

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.stats import spearmanr
+from small_campaigns import DRIVE, campaign, gap, write
 
 from lostmotion.cli import main
 from lostmotion.commands.discover import show_diagnosis, show_next
@@ -25,7 +26,6 @@ from lostmotion.recordings import Campaign, Finding, read_campaign, say_findings
 from lostmotion.torsion_curve import TorsionCurve
 from lostmotion.units import ARCSEC
 from lostmotion.workbench.bench import Bench
-from small_campaigns import DRIVE, campaign, gap, write
 
 
 @pytest.fixture(scope="module")

@@ -55,7 +55,7 @@ unset _PYTHON_HOST_PLATFORM
 
 for suite in $suites; do
   place=$folder/$suite
-  [ -x "$place/usr/bin/python3" ] || root_file_system python3,python3-venv,ca-certificates "$suite" "$place"
+  [ -x "$place/usr/bin/python3" ] || root_file_system apt,python3,python3-venv,ca-certificates "$suite" "$place"
   mkdir -p "$place/proc" "$place/dev" "$place/root" "$place/tmp" "$place/etc/ssl/certs"
   rm -rf "$place/root/venv" "$place"/root/*.whl "$place/root/demo"
   cp "$folder"/wheel/*.whl "$place/root"
