@@ -233,6 +233,8 @@ if [ -n "$clang" ]; then
 fi
 step "Limits of the correction by differences, 100 million steps" \
   "$build/tests/c/limiter_differences" 100000000
+step "The compensator on two other joints" \
+  "$venv/bin/python" tests/plant/plant_table.py soft stiff
 step "Evidence of somebody else" "$venv/bin/python" tests/fuzz/fuzz_evidence.py --cases 2000
 step "Faults: killed, out of disk, unwritable" \
   "$venv/bin/python" tests/faults/faults.py --kills 5 --others 1 --commands export merge design

@@ -43,8 +43,12 @@
 /* The correction must have been useful five times as long as it was harmful: otherwise a loop that
  * rings when the correction returns would make it fade in and out endlessly. */
 #define FORGIVING LM_REAL(0.2)
+/* In the first half of the window the mean is that of all samples: a single sample, taken during a
+ * motion or while a torque filter settles, would otherwise stand for a whole window. */
+#define FIRST_SHARES 2
 /* Harm counts in proportion to its mean square over misfit_rad^2, up to this factor on its
- * duration: a wrong sign, which doubles the error, is detected in the first move. */
+ * duration: a wrong sign, which doubles the error, is detected in the first move; slight harm takes
+ * longer. */
 #define PLAIN LM_REAL(4)
 
 /* An acceleration limit, reduced by the jerk limit at a response. */
@@ -175,6 +179,11 @@ static lm_real wind(const lm_parameters *parameters, lm_real torque_Nm, lm_real 
 #endif
 }
 
+/* A larger reversal counts. */
+static inline lm_real swing_of(const lm_compensator *compensator) {
+  return RINGING_NOISES * compensator->parameters->watch.noise_rad;
+}
+
 /* Resets the detection of ringing. */
 static void listen_anew(lm_compensator *compensator) {
   compensator->turns = 0;
@@ -197,12 +206,10 @@ static void prepare(lm_compensator *compensator) {
   const lm_parameters *parameters = compensator->parameters;
   const lm_limits *limits = &parameters->limits;
   lm_real valid_Nm = parameters->valid.torque_Nm;
-  lm_real fast_ticks = LARGEST;
+  compensator->swing_ticks = 0;
   if (LM_PROFILE != LM_PROFILE_GAP && parameters->watch.ringing_Hz > 0) {
-    fast_ticks = 1 / (2 * parameters->watch.ringing_Hz * limits->period_s);
+    compensator->swing_ticks = 1 / (2 * parameters->watch.ringing_Hz * limits->period_s);
   }
-  compensator->swing_ticks = fast_ticks < LARGEST ? (uint32_t)fast_ticks : 0u;
-  compensator->swing_rad = RINGING_NOISES * parameters->watch.noise_rad;
   compensator->usual_Nm = parameters->torque_limit_Nm;
   if (valid_Nm > 0) {
     compensator->usual_Nm = least(valid_Nm, parameters->torque_limit_Nm);
@@ -212,8 +219,8 @@ static void prepare(lm_compensator *compensator) {
                                                                  RESTING * limits->correction_rad);
 #if LM_EFFECTS_MAX > 0
   compensator->needs = needs_of(parameters);
-  /* Torque that winds the torsion curve by swing_rad on average. */
-  compensator->swing_Nm = 2 * compensator->usual_Nm * compensator->swing_rad /
+  /* Torque that winds the torsion curve by one counted reversal on average. */
+  compensator->swing_Nm = 2 * compensator->usual_Nm * swing_of(compensator) /
                           wind(parameters, -compensator->usual_Nm, 2 * compensator->usual_Nm);
 #endif
   listen_anew(compensator);
@@ -281,20 +288,19 @@ static lm_real hold(lm_real wish, lm_real most, uint32_t bit, uint32_t *status) 
 
 /* End of a swing: larger than the noise, opposite to the last that counted. */
 NOINLINE static void count_swing(lm_compensator *c, lm_real swing_rad) {
-  int32_t turns = c->ticks < c->swing_ticks ? c->turns : 0;
-  if (is_negative(swing_rad)) {
-    turns = turns > 0 ? -turns - 1 : -1;
-  } else {
-    turns = turns < 0 ? 1 - turns : 1;
+  int32_t side = is_negative(swing_rad) ? -1 : 1;
+  int32_t turns = 1;
+  if (LM_REAL(c->ticks) < c->swing_ticks && c->turns * side < 0) {
+    turns -= c->turns * side;
   }
-  if (turns >= RINGING_TURNS || turns <= -RINGING_TURNS) {
+  if (turns >= RINGING_TURNS) {
     turns = 0;
     if (!(c->standing & LM_STATE_RINGING)) {
       c->standing |= LM_STATE_RINGING;
       c->slow_rad = c->correction_rad - LM_REAL(0.5) * swing_rad; /* the middle of the swing */
     }
   }
-  c->turns = (int8_t)turns;
+  c->turns = (int8_t)(turns * side);
   c->turn_rad = c->correction_rad;
   c->ticks = 0;
 }
@@ -311,24 +317,35 @@ NOINLINE static void hear_torque(lm_compensator *c) {
   } else if (!is_within(back_Nm, absolute(c->swing_Nm))) {
     c->turn_Nm = c->heard_Nm;
     c->swing_Nm = -c->swing_Nm;
-    count_swing(c, with_sign_of(c->swing_Nm, c->swing_rad));
+    count_swing(c, with_sign_of(c->swing_Nm, swing_of(c)));
   } else {
     /* on its way */
   }
 }
 #endif
 
-/* The target of a correction that rang: nearer to zero by what the torque may be wrong by,
- * unsure_rad, so that it lies between zero and what is right and the output is no worse than
- * without; zero where nobody declared how wrong the torque may be. A filter of the first order at
- * SLOW_SHARE of ringing_Hz takes it there: a loop that rang at that frequency or above has a tenth
- * of its gain, or less. */
+/* The target of a correction that rang. With the torque wrong by no more than was declared, what is
+ * right lies within unsure_rad of the target t, so with s = |t| - unsure_rad (zero where that is
+ * less or nothing was declared) everything from zero to 2 s, on the side of t, leaves the output no
+ * worse than without. Three rules:
+ *
+ *   - From s to the lesser of 2 s and |t| it stays where it is: a torque that wanders by what is
+ * not known of it, as the friction of a standing motor does, moves nothing, so the position loop
+ *     comes to rest as it does without a correction.
+ *   - Outwards it goes through a filter of the first order at SLOW_SHARE of ringing_Hz: a loop that
+ *     rang at that frequency or above has a tenth of its gain, or less.
+ *   - It is never farther out than that, whatever the filter's lag. */
 #define SLOW_SHARE LM_REAL(0.1)
 NOINLINE static lm_real follow_slowly(lm_compensator *c, lm_real target_rad) {
-  lm_real ticks =
-      2 * LM_PI * SLOW_SHARE * c->parameters->watch.ringing_Hz * c->parameters->limits.period_s;
-  lm_real sure_rad = target_rad - clamp(target_rad, -c->unsure_rad, c->unsure_rad);
-  c->slow_rad += (sure_rad - c->slow_rad) * (ticks / (1 + ticks));
+  lm_real near_rad = greatest(absolute(target_rad) - c->unsure_rad, 0);
+  lm_real slow_rad = signs_differ(c->slow_rad, target_rad) ? 0 : absolute(c->slow_rad);
+  slow_rad = least(slow_rad, least(2 * near_rad, absolute(target_rad)));
+  if (is_greater(near_rad, slow_rad)) {
+    /* 2 pi SLOW_SHARE ringing_Hz period_s, backwards in time: swing_ticks is half a period of it */
+    lm_real share = LM_PI * SLOW_SHARE / (LM_PI * SLOW_SHARE + c->swing_ticks);
+    slow_rad += (near_rad - slow_rad) * share;
+  }
+  c->slow_rad = with_sign_of(target_rad, slow_rad);
   return c->slow_rad;
 }
 
@@ -345,7 +362,7 @@ static inline void listen(lm_compensator *c, lm_real before_rad_s) {
   }
 #endif
   if (signs_differ(before_rad_s, c->velocity_rad_s) &&
-      !is_within(c->correction_rad - c->turn_rad, c->swing_rad)) {
+      !is_within(c->correction_rad - c->turn_rad, swing_of(c))) {
     count_swing(c, c->correction_rad - c->turn_rad);
   }
 }
@@ -683,16 +700,14 @@ static void weigh(lm_compensator *c, lm_real measured_rad, lm_real share) {
   lm_real residual = residual_rad;
   lm_real model;
   if (!c->zero_shared) {
-    if (!c->watching) {
-      c->mean_measured_rad = measured_rad;
-      c->mean_residual_rad = residual_rad;
-    }
-    average(&c->mean_measured_rad, measured_rad, share);
-    average(&c->mean_residual_rad, residual_rad, share);
+    lm_real first_share = 1 / (1 + LM_REAL(c->watched));
+    lm_real mean_share = first_share > FIRST_SHARES * share ? first_share : share;
+    average(&c->mean_measured_rad, measured_rad, mean_share);
+    average(&c->mean_residual_rad, residual_rad, mean_share);
     measured -= c->mean_measured_rad;
     residual -= c->mean_residual_rad;
+    c->watched = (uint16_t)(c->watched + (c->watched < UINT16_MAX));
   }
-  c->watching = 1;
   model = measured - residual;
   average(&c->power_measured_rad2, measured * measured, share);
   average(&c->power_residual_rad2, residual * residual, share);
@@ -711,7 +726,7 @@ static void doubt(lm_compensator *c, lm_real elapsed_s) {
     return;
   }
   harm_rad2 = c->power_residual_rad2 - c->power_measured_rad2;
-  if (harm_rad2 > misfit_rad2) {
+  if (c->power_residual_rad2 > misfit_rad2 && harm_rad2 > 0) {
     lm_real weight = least(harm_rad2 / misfit_rad2, PLAIN);
     c->doubt_s = least(c->doubt_s + weight * elapsed_s, watch->window_s);
   } else if (c->power_residual_rad2 < HELP_SHARE * c->power_measured_rad2) {

@@ -18,7 +18,7 @@ def main() -> int:
         folder = Path(name)
         program = plant_table.build(folder)
         blobs = plant_table.export(folder, program, [1, 10])
-        status, table = plant_table.run(program, "run", blobs)
+        status, table = plant_table.run(program, "run", ["standard", *blobs])
         print(table)
         faults, said = plant_table.run(program, "duty", [blobs[0].partition("=")[2], "1000"])
         print(said)

@@ -5,17 +5,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define POSITION_GAIN 40.0    /* 1/s */
-#define VELOCITY_GAIN 150.0   /* N*m*s/rad: 40 Hz with this rotor */
-#define INTEGRAL_RATE 15.0    /* 1/s */
-#define SPEED_FILTER 600.0    /* 1/s: 95 Hz */
-#define TORQUE_MAX 90.0       /* N*m on the output side */
-#define SLOW_FILTER 12.6      /* 1/s: 2 Hz, a tenth of the resonance (torque.h) */
-#define SENSOR_NOISE_NM 0.1   /* rms */
+#define SLOW_SHARE 0.08       /* of the resonance, of a tenth at most (torque.h) */
 #define OUTPUT_NOISE_RAD 7e-6 /* rms, of the encoder at the output: 1.5 arcsec */
 #define WATCH_S 0.01
 #define ZERO_OFFSET_RAD 0.3 /* between the two encoders */
 #define FRICTION_REVERSAL_RAD_S 0.01
+#define PI 3.14159265358979323846
 
 static double clip(double value, double most) {
   return value > most ? most : value < -most ? -most : value;
@@ -32,24 +27,33 @@ static double gauss(uint32_t *seed) {
   return sum;
 }
 
-static double table(const double *rad, double torque_Nm) {
-  double at = clip(torque_Nm, 59.999) + 60;
+static double table(const loop *l, double torque_Nm) {
+  const double *rad = l->known.table_rad;
+  double at = clip(40 * torque_Nm / l->known.kind->rated_Nm, 59.999) + 60;
   int i = (int)at;
   return rad[i] + (at - i) * (rad[i + 1] - rad[i]);
 }
 
 static double modelled(const loop *l, const command *wish) {
-  return -l->known.gravity_share * PLANT_GRAVITY_NM * sin(wish->angle_rad) -
-         PLANT_ARM_KGM2 * wish->acceleration_rad_s2;
+  return -l->known.gravity_share * l->known.kind->gravity_Nm * sin(wish->angle_rad) -
+         l->make.arm_kgm2 * wish->acceleration_rad_s2;
 }
 
 static double slow(const loop *l, double *state, double value) {
-  *state += (1 - exp(-SLOW_FILTER * l->period_s)) * (value - *state);
+  double per_s = 2 * PI * SLOW_SHARE * l->known.kind->resonance_Hz;
+  *state += (1 - exp(-per_s * l->period_s)) * (value - *state);
   return *state;
 }
 
 static double told_torque(loop *l, const plant *joint, const command *wish, double model_Nm) {
-  static const lm_motor motor = {0.1f, 100, 1, (float)(PLANT_ROTOR_KGM2 * 1e-4), 0.03f, 3e-4f, 3};
+  const double ratio = l->make.ratio;
+  const lm_motor motor = {0.1f,
+                          (float)ratio,
+                          1,
+                          (float)(l->make.rotor_kgm2 / (ratio * ratio)),
+                          (float)(l->make.coulomb_Nm / ratio),
+                          (float)(l->make.viscous_Nms / (ratio * ratio)),
+                          (float)(3 * FRICTION_REVERSAL_RAD_S * ratio)};
   double sensed_Nm = joint->shaft_Nm + SENSOR_NOISE_NM * gauss(&l->noise);
   double turning_Nm;
   switch (l->source) {
@@ -59,15 +63,15 @@ static double told_torque(loop *l, const plant *joint, const command *wish, doub
     case FROM_RAW_SENSOR:
       return sensed_Nm;
     case FROM_CURRENT:
-      turning_Nm = (double)lm_estimate_torque(&motor, (float)(l->motor_Nm / 10),
-                                              (float)(100 * l->speed_rad_s),
-                                              (float)(100 * wish->acceleration_rad_s2));
+      turning_Nm = (double)lm_estimate_torque(&motor, (float)(l->motor_Nm / ratio / 0.1),
+                                              (float)(ratio * l->speed_rad_s),
+                                              (float)(ratio * wish->acceleration_rad_s2));
       (void)slow(l, &l->current_Nm, turning_Nm - model_Nm);
       return model_Nm +
              (double)lm_hold_torque(&l->believed_Nm, (float)l->current_Nm,
-                                    lm_bound_torque(&motor, (float)(100 * l->speed_rad_s)));
+                                    lm_bound_torque(&motor, (float)(ratio * l->speed_rad_s)));
     case FROM_RAW_CURRENT:
-      return -l->motor_Nm + PLANT_COULOMB_NM * clip(l->speed_rad_s / FRICTION_REVERSAL_RAD_S, 1);
+      return -l->motor_Nm + l->make.coulomb_Nm * clip(l->speed_rad_s / FRICTION_REVERSAL_RAD_S, 1);
     case FROM_MODEL:
     default:
       return model_Nm;
@@ -79,7 +83,7 @@ static lm_conditions conditions(const loop *l, const plant *joint, double torque
   lm_conditions at = LM_CONDITIONS_UNKNOWN;
   at.torque_Nm = (float)torque_Nm;
   at.output_angle_rad = (float)wish->angle_rad; /* the gap profile's only input */
-  at.input_angle_rad = (float)(PLANT_RATIO * plant_motor_encoder(joint));
+  at.input_angle_rad = (float)(l->make.ratio * plant_motor_encoder(joint));
   at.temperature_C = (float)(joint->temperature_C + l->known.temperature_off_K);
   return at;
 }
@@ -123,7 +127,7 @@ static void compensate(loop *l, const plant *joint, const command *wish, double 
     take(l, lm_step_compensator(&l->compensator, &at));
     watch(l, joint);
   } else if (l->how == METHOD_TABLE) {
-    ramp(l, -table(l->known.table_rad, told_Nm));
+    ramp(l, -table(l, told_Nm));
   } else if (l->how == METHOD_CONSTANT) {
     l->side = wish->velocity_rad_s > 0 ? 1 : wish->velocity_rad_s < 0 ? -1 : l->side;
     ramp(l, l->side * l->known.half_width_rad);
@@ -157,6 +161,7 @@ void loop_start(loop *l, method how, torque_source source, const knowledge *know
   l->how = how;
   l->source = source;
   l->known = *known;
+  l->make = joint->make;
   l->period_s = 1 / rate_Hz;
   l->noise = 1;
   l->first_fade = -1;
@@ -181,9 +186,10 @@ double loop_reported(const loop *l, const plant *joint) {
 }
 
 double loop_tick(loop *l, const plant *joint, const command *wish, int closed) {
+  const joint_kind *kind = l->known.kind;
   double measured_rad = plant_motor_encoder(joint);
   double model_Nm = modelled(l, wish);
-  double share = 1 - exp(-SPEED_FILTER * l->period_s);
+  double share = 1 - exp(-kind->speed_filter_per_s * l->period_s);
   double error_rad;
   double feed_rad_s;
   double push_Nm;
@@ -203,12 +209,13 @@ double loop_tick(loop *l, const plant *joint, const command *wish, int closed) {
   feed_rad_s = wish->velocity_rad_s + l->correction_rad_s;
   /* Commanded and measured speed pass the same filter, so that a steady motion leaves no error. */
   l->wish_rad_s += share * (feed_rad_s - l->wish_rad_s);
-  push_Nm = VELOCITY_GAIN * (l->wish_rad_s + POSITION_GAIN * error_rad - l->speed_rad_s);
-  l->sum_Nm = clip(l->sum_Nm + INTEGRAL_RATE * push_Nm * l->period_s, TORQUE_MAX);
+  push_Nm = kind->velocity_gain_Nms *
+            (l->wish_rad_s + kind->position_gain_per_s * error_rad - l->speed_rad_s);
+  l->sum_Nm = clip(l->sum_Nm + kind->integral_per_s * push_Nm * l->period_s, kind->torque_max_Nm);
   push_Nm += l->sum_Nm - model_Nm +
-             PLANT_ROTOR_KGM2 * (wish->acceleration_rad_s2 + l->correction_rad_s2) +
-             PLANT_VISCOUS_NMS * feed_rad_s +
-             PLANT_COULOMB_NM * clip(feed_rad_s / FRICTION_REVERSAL_RAD_S, 1);
-  l->motor_Nm = clip(push_Nm, TORQUE_MAX);
+             l->make.rotor_kgm2 * (wish->acceleration_rad_s2 + l->correction_rad_s2) +
+             l->make.viscous_Nms * feed_rad_s +
+             l->make.coulomb_Nm * clip(feed_rad_s / FRICTION_REVERSAL_RAD_S, 1);
+  l->motor_Nm = clip(push_Nm, kind->torque_max_Nm);
   return l->motor_Nm;
 }

@@ -5,8 +5,10 @@
 
 #include <stdint.h>
 
+#include "joints.h"
 #include "lostmotion/runtime.h"
-#include "plant.h"
+
+#define SENSOR_NOISE_NM 0.1 /* rms */
 
 typedef enum method { METHOD_NONE, METHOD_CONSTANT, METHOD_TABLE, METHOD_LIBRARY } method;
 
@@ -24,8 +26,9 @@ typedef struct command {
 
 /* What is known of the joint, and what of it is wrong. */
 typedef struct knowledge {
+  const joint_kind *kind;
   const lm_parameters *parameters;
-  const double *table_rad; /* true mean curve, at -60 to 60 N*m in steps of 1 */
+  const double *table_rad; /* true mean curve, to 1.5 times the rated torque in steps of 1/40 */
   double half_width_rad;   /* of the constant width */
   double gravity_share;    /* of the gravity that is true */
   double torque_factor;    /* on what library and table are stated */
@@ -38,6 +41,7 @@ typedef struct loop {
   method how;
   torque_source source;
   knowledge known;
+  plant_make make;
   double period_s;
   lm_compensator compensator;
   lm_correction now;

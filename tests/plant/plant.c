@@ -32,6 +32,8 @@ void plant_start(plant *joint) {
       PLANT_VISCOUS_NMS,
       ENCODER_COUNTS * PLANT_RATIO,
       0,
+      PLANT_RATIO,
+      0,
   };
   memset(joint, 0, sizeof *joint);
   joint->make = make;
@@ -50,7 +52,7 @@ double plant_motor_encoder(const plant *joint) {
 
 /* The angle at which an eccentric sees its centre: a sine with a fifth of the second harmonic. */
 static double ripple(const plant *joint) {
-  double phase = 2 * PLANT_RATIO * joint->motor_rad;
+  double phase = 2 * joint->make.ratio * joint->motor_rad;
   return joint->make.ripple_rad > 0 ? joint->make.ripple_rad * sin(phase) / (1 + 0.2 * cos(phase))
                                     : 0;
 }
@@ -70,7 +72,14 @@ static void rub(plant *joint, double turned_rad) {
   joint->friction_Nm += joint->make.stick_Nm_per_rad * turned_rad * (1 - resists);
 }
 
-static double motor_friction(plant *joint) {
+/* Dahl, backward in time: stable at any speed. */
+static double dahl(plant *joint) {
+  double turned_Nm = joint->make.dahl_Nm_per_rad * joint->motor_rad_s * PLANT_STEP_S;
+  joint->dahl_Nm = (joint->dahl_Nm + turned_Nm) / (1 + fabs(turned_Nm) / joint->make.coulomb_Nm);
+  return joint->dahl_Nm;
+}
+
+static double lugre(plant *joint) {
   double v = joint->motor_rad_s;
   double ratio = v / STRIBECK_RAD_S;
   double g = joint->make.coulomb_Nm +
@@ -80,8 +89,12 @@ static double motor_friction(plant *joint) {
   joint->bristle_rad =
       (before + v * PLANT_STEP_S) / (1 + BRISTLE_STIFFNESS * fabs(v) / g * PLANT_STEP_S);
   return BRISTLE_STIFFNESS * joint->bristle_rad +
-         BRISTLE_DAMPING * exp(-ratio * ratio) * (joint->bristle_rad - before) / PLANT_STEP_S +
-         joint->make.viscous_Nms * v;
+         BRISTLE_DAMPING * exp(-ratio * ratio) * (joint->bristle_rad - before) / PLANT_STEP_S;
+}
+
+static double motor_friction(plant *joint) {
+  return (joint->make.dahl_Nm_per_rad > 0 ? dahl(joint) : lugre(joint)) +
+         joint->make.viscous_Nms * joint->motor_rad_s;
 }
 
 void plant_step(plant *joint, double motor_Nm) {
@@ -92,6 +105,7 @@ void plant_step(plant *joint, double motor_Nm) {
   if (joint->braked) {
     joint->motor_rad_s = 0;
     joint->bristle_rad = 0;
+    joint->dahl_Nm = 0;
   } else {
     double turning_Nm = motor_Nm + joint->shaft_Nm - motor_friction(joint);
     joint->motor_rad_s += turning_Nm / joint->make.rotor_kgm2 * PLANT_STEP_S;

@@ -5,10 +5,10 @@
  *     gear:   T = k1 s + k3 s^3 + F + c twist'        s = twist less ripple, beyond the dead zone
  *     ripple: an eccentric of 20 %, twice a turn of the motor
  *     F' = kb twist' (1 - |F / Fc| (1 + sgn(F twist')) / 2)              Bouc-Wen
- *     motor:  LuGre friction, torque limit;   output: gravity arm, inertia, an outside torque
+ *     motor:  LuGre or Dahl friction, torque limit;   output: gravity arm, inertia, outside torque
  *
  * The dead zone opens with temperature. Motor quantities are those of the output side. With the
- * motor held the output swings at 25 Hz. */
+ * motor held the output of the joint that plant_start makes swings at 25 Hz. */
 #ifndef LOSTMOTION_TESTS_PLANT_H
 #define LOSTMOTION_TESTS_PLANT_H
 
@@ -30,6 +30,8 @@ typedef struct plant_make {
   double coulomb_Nm, stribeck_Nm, viscous_Nms; /* of the motor */
   double counts;     /* of the motor's encoder over a turn of the output */
   double ripple_rad; /* of the gear's ratio: amplitude, twice a turn of the motor */
+  double ratio;
+  double dahl_Nm_per_rad; /* the motor's friction where it sticks, if it is Dahl's; 0: LuGre's */
 } plant_make;
 
 typedef struct plant {
@@ -37,6 +39,7 @@ typedef struct plant {
   double motor_rad, motor_rad_s;
   double twist_rad, twist_rad_s;
   double bristle_rad; /* LuGre */
+  double dahl_Nm;
   double friction_Nm; /* Bouc-Wen */
   double shaft_Nm;    /* what the gear bears */
   double gravity_Nm;  /* of this load, the arm level */
@@ -53,7 +56,7 @@ void plant_step(plant *joint, double motor_Nm);
 
 double plant_output(const plant *joint);
 
-/* Counts of the motor's 14-bit encoder, as an angle of the output side, rad. */
+/* Counts of the motor's encoder, as an angle of the output side, rad. */
 double plant_motor_encoder(const plant *joint);
 
 /* The gear on a bench, motor locked, wound slowly to a torque, in turns of turn_rad: the twist that

@@ -22,10 +22,10 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[str]]:
 
 def test_every_case_is_no_worse_than_none_and_none_rings(made: tuple[Path, list[str]]) -> None:
     program, blobs = made
-    status, table = plant_table.run(program, "run", blobs)
+    status, table = plant_table.run(program, "run", ["standard", *blobs])
     assert status == 0, table
     # Header and rows: nothing was left out.
-    assert len(table.splitlines()) == 1 + 2 * 41, table
+    assert len(table.splitlines()) == 1 + 2 * 45, table
 
 
 def test_watch_leaves_ordinary_duty_alone_and_finds_misuse(made: tuple[Path, list[str]]) -> None:

@@ -64,9 +64,10 @@
  * (Effects such as kinematic_error oscillate independently of the torque and close no loop. With
  * effects that need inputs other than torque, temperature and time, reversals of the filtered
  * torque are counted instead, if they change the torsion curve by that angle.) After detection the
- * correction follows its target through a low-pass filter at a tenth of ringing_Hz, too slow to
- * ring, and the target is moved towards zero by the effect of the torque error. The host declares
- * that error with lm_declare_torque_error: friction of a motor at standstill hides a load from its
+ * correction is reduced by the effect of the torque error, so that the output is no worse than
+ * uncompensated whatever the torque really is. It grows through a low-pass filter at a tenth of
+ * ringing_Hz, too slow to ring, and does not move for changes of the torque within that error. The
+ * host declares the error with lm_declare_torque_error: friction of a motor at standstill hides a load from its
  * current that a sensor would show. If no error was declared, the correction goes to zero and the
  * axis is uncompensated. Full, fast correction returns after lm_set_mode to another mode and back,
  * after lm_change_parameters or after a start. The gap profile takes no torque and never rings.
@@ -153,16 +154,15 @@ typedef struct lm_compensator {
   lm_real watched_rad;      /* output of the model at the last call */
   lm_real doubt_s;          /* time for which the correction has increased the error */
   /* ringing */
-  lm_real swing_rad;       /* a larger reversal counts */
-  uint32_t swing_ticks;    /* a reversal after fewer ticks is fast; 0: never */
+  lm_real swing_ticks;     /* a reversal after fewer ticks is fast; 0: never */
   lm_real turn_rad;        /* correction at its last reversal */
   uint32_t ticks;          /* since that reversal */
   lm_real slow_rad;        /* filtered target while it rings */
   lm_real unsure_rad;      /* error of the target, */
   lm_real torque_error_Nm; /* for this declared error of the torque */
   int8_t turns;            /* successive reversals; the sign is the direction of the last */
-  uint8_t watching;        /* the watch has had its first sample */
   uint8_t zero_shared;     /* measured lost motion and model share their zero */
+  uint16_t watched;        /* samples that the watch has had, up to the largest number */
   uint32_t standing;       /* latched status bits */
 #if LM_EFFECTS_MAX > 0
   uint32_t needs;   /* LM_NEEDS_ bits of the active effects */
@@ -239,13 +239,14 @@ lm_status lm_shift_angle(lm_compensator *compensator, lm_real by_rad, lm_fault *
  *
  * Over the window of the watch, the mean square of the measured lost motion is compared with that
  * of the residual of the model, both about their means because the offset of the two encoders is
- * unknown. If the first is smaller by more than misfit_rad^2, the correction increases the error.
- * When this has lasted for window_s in total (time counts up to fourfold if the difference is that
- * many times misfit_rad^2), the correction fades out over fade_s. It fades in again when it would
- * have halved the mean square for five times as long. An axis at rest gives no information: while
- * the variation of the model is below 2 noise_rad or below a quarter of its level, the gain is
- * kept. Thus a model that fits is not faded because of a small error at rest, and a wrong sign, a
- * wrong drive or a drive that already compensates is detected in the first moves.
+ * unknown. If the second is above misfit_rad^2 and above the first, the correction increases the
+ * error. When this has lasted for window_s in total (time counts in proportion to the difference
+ * over misfit_rad^2, up to fourfold), the correction fades out over fade_s. It fades in again when
+ * it would have halved the mean square for five times as long. An axis at rest gives no
+ * information: while the variation of the model is below 2 noise_rad or below a quarter of its
+ * level, the gain is kept. Thus a model that fits is not faded because of a small error at rest,
+ * and a wrong sign, a wrong drive or a drive that already compensates is detected in the first
+ * moves.
  *
  * A fade moves an axis at rest by at most creep_rad_s; while the model moves, it may add as much
  * again. LM_STATE_MISFIT: the rms of the residual is above misfit_rad. Together with a measured
