@@ -329,8 +329,8 @@ NOINLINE static void hear_torque(lm_compensator *c) {
  * less or nothing was declared) everything from zero to 2 s, on the side of t, leaves the output no
  * worse than without. Three rules:
  *
- *   - From s to the lesser of 2 s and |t| it stays where it is: a torque that wanders by what is
- * not known of it, as the friction of a standing motor does, moves nothing, so the position loop
+ *   - From s to the lesser of 2 s and |t| it stays where it is: a torque that wanders within its
+ *     declared error, as the friction of a standing motor does, moves nothing, so the position loop
  *     comes to rest as it does without a correction.
  *   - Outwards it goes through a filter of the first order at SLOW_SHARE of ringing_Hz: a loop that
  *     rang at that frequency or above has a tenth of its gain, or less.

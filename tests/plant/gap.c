@@ -174,6 +174,7 @@ int main(void) {
   int k;
   memset(&known, 0, sizeof known);
   gap_rad = measure_gap();
+  known.kind = joint_of(0);
   known.half_width_rad = gap_rad / 2;
   known.gravity_share = 0;
   known.torque_factor = 1;
