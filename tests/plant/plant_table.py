@@ -90,9 +90,7 @@ def build(folder: Path, profile: str = "FULL") -> Path:
     return program
 
 
-def export(
-    folder: Path, program: Path, rates_kHz: list[int], joint: str = "standard"
-) -> list[str]:
+def export(folder: Path, program: Path, rates_kHz: list[int], joint: str = "standard") -> list[str]:
     """Fit a joint's bench recording; ``KHZ=BLOB`` of each rate."""
     sheet, recording, fitted = (folder / name for name in ("plant.toml", "bench.csv", "fit.toml"))
     sheet.write_text(JOINTS[joint].sheet())
