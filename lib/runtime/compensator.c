@@ -179,11 +179,6 @@ static lm_real wind(const lm_parameters *parameters, lm_real torque_Nm, lm_real 
 #endif
 }
 
-/* A larger reversal counts. */
-static inline lm_real swing_of(const lm_compensator *compensator) {
-  return RINGING_NOISES * compensator->parameters->watch.noise_rad;
-}
-
 /* Resets the detection of ringing. */
 static void listen_anew(lm_compensator *compensator) {
   compensator->turns = 0;
@@ -206,6 +201,7 @@ static void prepare(lm_compensator *compensator) {
   const lm_parameters *parameters = compensator->parameters;
   const lm_limits *limits = &parameters->limits;
   lm_real valid_Nm = parameters->valid.torque_Nm;
+  compensator->swing_rad = RINGING_NOISES * parameters->watch.noise_rad;
   compensator->swing_ticks = 0;
   if (LM_PROFILE != LM_PROFILE_GAP && parameters->watch.ringing_Hz > 0) {
     compensator->swing_ticks = 1 / (2 * parameters->watch.ringing_Hz * limits->period_s);
@@ -220,7 +216,7 @@ static void prepare(lm_compensator *compensator) {
 #if LM_EFFECTS_MAX > 0
   compensator->needs = needs_of(parameters);
   /* Torque that winds the torsion curve by one counted reversal on average. */
-  compensator->swing_Nm = 2 * compensator->usual_Nm * swing_of(compensator) /
+  compensator->swing_Nm = 2 * compensator->usual_Nm * compensator->swing_rad /
                           wind(parameters, -compensator->usual_Nm, 2 * compensator->usual_Nm);
 #endif
   listen_anew(compensator);
@@ -317,7 +313,7 @@ NOINLINE static void hear_torque(lm_compensator *c) {
   } else if (!is_within(back_Nm, absolute(c->swing_Nm))) {
     c->turn_Nm = c->heard_Nm;
     c->swing_Nm = -c->swing_Nm;
-    count_swing(c, with_sign_of(c->swing_Nm, swing_of(c)));
+    count_swing(c, with_sign_of(c->swing_Nm, c->swing_rad));
   } else {
     /* on its way */
   }
@@ -362,7 +358,7 @@ static inline void listen(lm_compensator *c, lm_real before_rad_s) {
   }
 #endif
   if (signs_differ(before_rad_s, c->velocity_rad_s) &&
-      !is_within(c->correction_rad - c->turn_rad, swing_of(c))) {
+      !is_within(c->correction_rad - c->turn_rad, c->swing_rad)) {
     count_swing(c, c->correction_rad - c->turn_rad);
   }
 }

@@ -67,10 +67,11 @@
  * correction is reduced by the effect of the torque error, so that the output is no worse than
  * uncompensated whatever the torque really is. It grows through a low-pass filter at a tenth of
  * ringing_Hz, too slow to ring, and does not move for changes of the torque within that error. The
- * host declares the error with lm_declare_torque_error: friction of a motor at standstill hides a load from its
- * current that a sensor would show. If no error was declared, the correction goes to zero and the
- * axis is uncompensated. Full, fast correction returns after lm_set_mode to another mode and back,
- * after lm_change_parameters or after a start. The gap profile takes no torque and never rings.
+ * host declares the error with lm_declare_torque_error: friction of a motor at standstill hides a
+ * load from its current that a sensor would show. If no error was declared, the correction goes to
+ * zero and the axis is uncompensated. Full, fast correction returns after lm_set_mode to another
+ * mode and back, after lm_change_parameters or after a start. The gap profile takes no torque and
+ * never rings.
  *
  * One instance is one struct that the caller owns, a few hundred bytes at most; nothing is static.
  * Not reentrant for one instance: call its functions from one context, or block the tick meanwhile.
@@ -154,6 +155,7 @@ typedef struct lm_compensator {
   lm_real watched_rad;      /* output of the model at the last call */
   lm_real doubt_s;          /* time for which the correction has increased the error */
   /* ringing */
+  lm_real swing_rad;       /* a larger reversal counts */
   lm_real swing_ticks;     /* a reversal after fewer ticks is fast; 0: never */
   lm_real turn_rad;        /* correction at its last reversal */
   uint32_t ticks;          /* since that reversal */
