@@ -284,19 +284,20 @@ static lm_real hold(lm_real wish, lm_real most, uint32_t bit, uint32_t *status) 
 
 /* End of a swing: larger than the noise, opposite to the last that counted. */
 NOINLINE static void count_swing(lm_compensator *c, lm_real swing_rad) {
-  int32_t side = is_negative(swing_rad) ? -1 : 1;
-  int32_t turns = 1;
-  if (LM_REAL(c->ticks) < c->swing_ticks && c->turns * side < 0) {
-    turns -= c->turns * side;
+  int32_t turns = LM_REAL(c->ticks) < c->swing_ticks ? c->turns : 0;
+  if (is_negative(swing_rad)) {
+    turns = turns > 0 ? -turns - 1 : -1;
+  } else {
+    turns = turns < 0 ? 1 - turns : 1;
   }
-  if (turns >= RINGING_TURNS) {
+  if (turns >= RINGING_TURNS || turns <= -RINGING_TURNS) {
     turns = 0;
     if (!(c->standing & LM_STATE_RINGING)) {
       c->standing |= LM_STATE_RINGING;
-      c->slow_rad = c->correction_rad - LM_REAL(0.5) * swing_rad; /* the middle of the swing */
+      c->slow_rad = c->correction_rad;
     }
   }
-  c->turns = (int8_t)(turns * side);
+  c->turns = (int8_t)turns;
   c->turn_rad = c->correction_rad;
   c->ticks = 0;
 }

@@ -176,7 +176,7 @@ STACK_MAX, STACK_SOFT_MAX = 132, 216
 """With a floating-point unit; without, where numbers that wait for a call take registers."""
 RAM_MAX = 200
 RATIO_MAX = 1.5
-FLASH_MAX = 5760
+FLASH_MAX = 5768
 INSTRUCTIONS_MAX = {
     ("Cortex-M4F", "standard"): (202, 350),
     ("Cortex-M4F", "no envelope"): (202, 350),
