@@ -130,7 +130,7 @@ static const trial trials[] = {
     {&braking, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0, 0},
     {&cycling, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 1, 0, 0},
     {&homing, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0, 0},
-    {&move_dwell, "sensor", FROM_SENSOR, 0.98, 1, 0, 20, 0, 0, 0, 0},
+    {&move_dwell, "sensor", FROM_SENSOR, 0.98, 1, 0, 20, 0, 1, 0, 0},
     {&crossing, "sensor", FROM_SENSOR, 0.98, 1, 0, 20, 0, 0, 0, 0},
     {&move_dwell, "raw sensor", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 1, 0, 0},
     {&crossing, "raw sensor", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 0, 0, 0},
