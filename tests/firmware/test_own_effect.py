@@ -121,7 +121,7 @@ def test_replay_refuses_what_is_not_the_controllers_code(
     double = str(shared(exported, 64, "ripple.so"))
     for own, found in (
         ([], "found ripple, expected an effect of the library"),
-        (["--effects", str(exported / "ripple.py")], "compile the file that export writes"),
+        (["--effects", str(exported / "ripple.py")], "compile the C file that export writes"),
         (["--effects", double], "found LM_REAL_BITS=64, expected LM_REAL_BITS=32"),
     ):
         assert main([*command, *own]) == 2

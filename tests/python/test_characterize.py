@@ -211,7 +211,7 @@ def test_loops_below_the_second_knee_give_no_third_slope() -> None:
     document = characterize(campaign_of(Loop(amplitude=40.0), 1), rated_torque_Nm=67.0).document()
     assert document["catalogue"]["K3_Nm_per_rad"] == document["catalogue"]["K2_Nm_per_rad"]
     said = document["characterization"]["assumptions"]
-    assert any("beyond 40 N m" in line for line in said)
+    assert any("Beyond 40 N m" in line for line in said)
     assert any("hysteresis loss" in line for line in said)
 
 

@@ -176,7 +176,7 @@ def test_a_slow_temperature_does_not_thin_the_rows_and_is_no_other_clock(tmp_pat
     assert len(run) == 1000
     np.testing.assert_allclose(run.columns["temperature"], 25 + 0.5 * run.time_s, atol=1e-6)
     clock = next(finding for finding in campaign.findings if finding.kind == "clock")
-    assert "times of receipt less 0.2 ms" in clock.action
+    assert "times of receipt minus 0.2 ms" in clock.action
     # No jitter of the receipt reaches what has stamps.
     np.testing.assert_allclose(np.diff(run.time_s), 1 / 500, atol=1e-12)
 

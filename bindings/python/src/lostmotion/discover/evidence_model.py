@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from lostmotion import rules
 from lostmotion.candidates.candidate import KINDS, Candidate
+from lostmotion.candidates.forms import Linear, form_of
 from lostmotion.discover.contest_round import ContestRound, form_size
 from lostmotion.discover.gates import accepted, judge, judge_all, paid_by_kind
 from lostmotion.discover.growing_model import Contender, GrowingModel, Lead
@@ -221,7 +222,8 @@ def candidates_of(body: Body, effects: Mapping[str, Effect]) -> list[Candidate]:
 def fits(effect: Effect, told: Mapping[str, Any]) -> bool:
     """Whether evidence of a candidate matches an effect: its values, and the columns of each."""
     counts = [told["start_of"].count(start) for start in range(len(told["starts"]))]
-    most = max(len(effect.indices("linear")), len(effect.inner()))
+    linear = len(effect.indices("linear"))
+    most = linear if isinstance(form_of(effect), Linear) else max(linear, len(effect.inner()))
     return all(len(start) == len(effect.values) for start in told["starts"]) and all(
         count <= most for count in counts
     )
