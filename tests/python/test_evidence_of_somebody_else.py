@@ -80,6 +80,10 @@ FINDINGS: dict[str, tuple[Callable[[Saved], None], str]] = {
         told(lambda about: about["candidates"][0].update(starts=[[0.0, 1.0, 2.0]])),
         "asymmetric_stiffness",
     ),
+    "two columns of one value": (
+        told(lambda about: about["candidates"][2].update(start_of=[0, 0])),
+        "thermal_gap",
+    ),
     "a kind that is none": (
         told(lambda about: about["candidates"][0].update(kind="odd")),
         "asymmetric_stiffness",
