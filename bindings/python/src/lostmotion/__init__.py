@@ -59,7 +59,8 @@ FROM = {
     "write_drive": "drives",
     "write_report": "report",
 }
-"""Module of each public name; names of modules are callable (`callable_module`)."""
+"""Module of each public name; a module that is named like a function is callable
+(`callable_module`)."""
 
 MODULES = (
     "catalogue",

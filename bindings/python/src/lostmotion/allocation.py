@@ -1,10 +1,10 @@
 """The cheapest grades of a tolerance chain that meet a lost motion target.
 
-A feature costs ``w (T7 / T)^k`` with its field T, that of grade 7 as T7 and k = 1: the reciprocal
-power law of cost and tolerance (Sutherland and Roth, J. Eng. Ind. 97, 1975, 283; Chase and
-Greenwood, Manuf. Rev. 1, 1988, 50), the one that a design search has by default. Grades are whole,
-so the allocation is combinatorial: a greedy start by gap per cost, then exchanges of one or two
-features as long as they reduce the cost.
+A feature with the tolerance field T costs ``w (T7 / T)^k``, where T7 is the field of grade 7 and k
+= 1: the reciprocal power law of cost and tolerance (Sutherland and Roth, J. Eng. Ind. 97, 1975,
+283; Chase and Greenwood, Manuf. Rev. 1, 1988, 50), which is also the default of a design search.
+Grades are integers, so the allocation is a combinatorial problem. It starts with a greedy choice by
+cost per gap and then exchanges one or two features as long as this reduces the cost.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ COST_EXPONENT = 1.0
 """Exponent k of the cost."""
 
 GRADES = (4, 11)
-"""Grades of holes, shafts and links that are tried: finer ones are for gauges, coarser ones carry
-no fit (ISO 286-1, Annex B)."""
+"""Grades of holes, shafts and links that are tried: finer ones are for gauges, coarser ones are not
+used for fits (ISO 286-1, Annex B)."""
 
 LEVELS = ("probable", "worst")
 """Production level at which the target must be met."""
@@ -65,7 +65,7 @@ class Feature:
     options : list of Option
         From the finest grade to the coarsest.
     now : int
-        The one that the file states.
+        The option that the file states.
     """
 
     name: str
@@ -86,7 +86,7 @@ def cheapest_tolerances(
     target_arcmin : float, optional
         Reversal lost motion at 4 % of the rated torque; by default the present value.
     level : {"probable", "worst"}
-        Limits of the radial gap that count.
+        Which limits of the radial gap are used.
 
     Returns
     -------
@@ -181,7 +181,7 @@ def allocate(
         return gap_of(where) <= gap_mm * (1 + ROUNDING)
 
     here = [0] * len(features)
-    while True:  # coarsen what saves most for the gap that it takes
+    while True:  # coarsen the feature that saves most per added gap
         gap, best = gap_of(here), None
         for i, feature in enumerate(features):
             for to in range(here[i] + 1, len(feature.options)):
@@ -280,7 +280,9 @@ def features_of(drive: Drive) -> list[Feature]:
 def price(
     usual: tuple[tuple[float, float], ...] | None, at: Sequence[tuple[float, float]]
 ) -> float:
-    """Cost of a field over that of grade 7; a gear's is that of its infeed, its last link."""
+    """Cost of a field relative to that of grade 7; the cost of a gear is that of its infeed, its
+    last link.
+    """
     assert usual is not None
     wide, here = (links[-1][1] - links[-1][0] for links in (usual, at))
     return float((wide / here) ** COST_EXPONENT)

@@ -19,8 +19,9 @@ from lostmotion.model import design_model, fitted_torsion_curve
 FloatArray = npt.NDArray[np.float64]
 
 CONSTANTS = {"ring_factor": 1.0, "tooth_compliance_mm_per_N": 1e-5, "foundation_N_per_mm2": 2600.0}
-"""Keys of [design.support] that can be calibrated, each with the start of its search: first
-principles, the order of magnitude of equation (6) for steel, balls under a rim of size 20."""
+"""Keys of [design.support] that can be calibrated, each with the start value of its search. Sources
+in this order: first principles; the order of magnitude of equation (6) for steel; balls under a rim
+of size 20."""
 
 DEFAULT = ("ring_factor",)
 """Default constant. It alone fits manufacturers' curves of sizes 14 to 40 within 2 to 8 % over the
@@ -28,10 +29,10 @@ whole torque range; three slopes rarely identify a second one.
 """
 
 POINTS = 12
-"""Torques at which the curves are compared, evenly from the first to the last."""
+"""Number of torques at which the curves are compared, evenly spaced."""
 
 CONFIDENCE = 0.95
-"""Of the intervals; conventional."""
+"""Confidence level of the intervals; conventional."""
 
 RATIO_APART = 0.01
 """Relative difference allowed between ratios: a drawing has the ratio of its teeth, a data sheet a
@@ -39,7 +40,7 @@ rounded one.
 """
 
 STEP = 1e-4
-"""Step of a logarithm for derivatives; the accuracy of the model is 1e-9."""
+"""Step of the logarithm of a constant for derivatives; the accuracy of the model is 1e-9."""
 
 FACTOR_MOST = 1e3
 """Largest factor on a constant, either way; it ends the search if the curve does not identify the
@@ -86,7 +87,7 @@ class Calibration:
 
 
 def target_curve(source: Drive, reach_Nm: float) -> tuple[FloatArray, FloatArray, int]:
-    """Torques and angles of the sheet's or the fit's curve, and how many slopes it has."""
+    """Torques and angles of the curve of the data sheet or the fit, and its number of slopes."""
     if source.catalogue is not None:
         reach = min(reach_Nm, 2.0 * source.catalogue.T2_Nm)
         torque = np.linspace(reach / POINTS, reach, POINTS)

@@ -32,16 +32,17 @@ RADIAL_SHARE = 1.0 - TORSION_SHARE - TOOTH_SHARE
 """The rest of the linear part: the radial chain."""
 
 WIND_UP_MAX_RAD = 0.5
-"""Implausible wind-up at rated torque: strain-wave drives have some thousandths."""
+"""Wind-up at rated torque that is implausible: strain-wave drives wind up by a few thousandths of a
+radian."""
 
 REVERSAL_TORQUE_SHARE = float(core().lib.LM_LOST_MOTION_SHARE)
 """Share of the rated torque at which manufacturers state lost motion."""
 
 PLAY_RADII = (0.0125, 0.05, 0.125, 0.25)
-"""Half widths of the operators at zero torque, over the rated torque."""
+"""Half widths of the operators at zero torque, relative to the rated torque."""
 
 PLAY_WEIGHTS = (1.5, 3.0, 5.0, 6.0)
-"""Their compliances relative to each other."""
+"""Compliances of the operators relative to each other."""
 
 PLAY_WIDENING = 0.5
 """Growth of an operator's half width from zero to rated torque, relative to that at zero."""

@@ -19,7 +19,7 @@ from lostmotion.errors import InputError, LostMotionError, TerminatedError, one_
 from lostmotion.files import check_place, is_input, reason
 
 DONE, FAILED, INTERRUPTED = 0, 1, 130
-"""Exit statuses beside that of bad input."""
+"""Exit statuses other than that of bad input."""
 
 SIGNALLED = 128
 """Added to the number of the signal that ended a command, as shells do."""
@@ -65,13 +65,13 @@ def main(argv: Sequence[str] | None = None) -> int:
             sys.stdout.flush()
             raise InputError("COMMAND", "", "none", "one of those above, e.g. lostmotion predict")
         check_places(arguments)
-        from lostmotion.terminal import ending_in_order  # help and complaints come without it
+        from lostmotion.terminal import ending_in_order  # help and usage errors do not need it
 
         with ending_in_order(), loudness(arguments):
             module, _, function = arguments.run.partition(":")
             getattr(importlib.import_module(module), function)(arguments)
         sys.stdout.flush()
-    except SystemExit as stop:  # help, the version, and what argparse complains of
+    except SystemExit as stop:  # help, the version, and usage errors of argparse
         try:
             sys.stdout.flush()
         except OSError as error:
@@ -105,7 +105,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 def give_up_output(error: OSError) -> int:
     """Describe an output error, usually of standard output; not if its reader has closed the pipe.
 
-    What the interpreter still writes at exit is discarded.
+    Output that the interpreter still writes at exit is discarded.
     """
     if error.filename is not None or isinstance(error, FileNotFoundError):
         # Errors of the system, not of an input: inputs are checked when they are opened.
@@ -176,7 +176,7 @@ def repeat_options(argv: Sequence[str]) -> list[str]:
 
 def check_places(arguments: argparse.Namespace) -> None:
     """Refuse output files that cannot be written or are inputs, before any work."""
-    if getattr(arguments, "output", None) == "":  # an unset variable, not the folder at hand
+    if getattr(arguments, "output", None) == "":  # an unset shell variable, not the current folder
         raise InputError("--output", "", "''", "the name of a file or folder")
     inputs = input_files(arguments)
     taken: dict[str, str] = {}
@@ -185,7 +185,7 @@ def check_places(arguments: argparse.Namespace) -> None:
         if file is None or (option, file) == ("json", "-"):
             continue
         if option == "output" and arguments.command in FOLDER_WRITERS:
-            continue  # checked by who knows what goes into the folder
+            continue  # checked by the command, which knows the files of the folder
         check_place(f"--{option}", file)
         read = is_input(file, inputs, RECORDINGS)
         if read is not None:

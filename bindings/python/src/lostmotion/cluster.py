@@ -29,7 +29,7 @@ def _watch(client: Any, address: str, working: bool, ended: threading.Event) -> 
     while not ended.wait(LOOK_S):
         try:
             workers = client.scheduler_info()["workers"]
-        except Exception:  # the scheduler has gone, which the work reports, or the work has ended
+        except Exception:  # no scheduler (the work reports it), or the work has ended
             return
         if working and not workers:
             LOG.warning("%s has no workers any more; waiting for one", address)

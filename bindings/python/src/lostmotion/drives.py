@@ -42,7 +42,7 @@ smallest gear.
 """
 
 MOST_RATED_NM = MOST_TORQUE_NM / 2
-"""The controller's curve goes to twice the rated torque."""
+"""The controller's torsion curve extends to twice the rated torque."""
 
 DRIVE_KEYS = (
     Key("name", kind="text"),
@@ -148,7 +148,7 @@ def read_toml(file: str | Path, expected: str) -> dict[str, Any]:
         raise InputError(file, "", "bytes that are not UTF-8", f"TOML ({expected})") from None
     except RecursionError:
         raise InputError(file, "", "tables nested too deeply", f"TOML ({expected})") from None
-    except ValueError as error:  # of the format, or a number with thousands of digits
+    except ValueError as error:  # not TOML, or a number with thousands of digits
         raise InputError(file, "", str(error), f"TOML ({expected})") from None
 
 
@@ -336,7 +336,7 @@ CHARACTERIZATION_KEYS = (
     Key("loops", kind="integer", low=0),
     Key("samples", kind="integer", low=1),
 )
-"""Keys that `characterize` writes about the recordings, beside their figures."""
+"""Keys that `characterize` writes about the recordings, in addition to their figures."""
 
 
 def _characterization(file: str, table: Any) -> None:
@@ -456,7 +456,7 @@ def _whole(file: str, values: Mapping[str, float]) -> None:
     if any(not 0 <= value < 1 for value in widening):
         found = f"{next(value for value in widening if not 0 <= value < 1):g}"
         raise InputError(file, f"fit.values.{PLAY_WIDENING.format(1)}", found, "0 to below 1")
-    # Operators that grow with the load are behind those that do not, by their growth.
+    # Operators that grow with the load follow the constant ones, in the order of their growth.
     constant = len(radii) - sum(value > 0 for value in widening)
     rising = (
         (knots, KNOT.format(1)),

@@ -67,7 +67,7 @@ def read_bytes(path: str | Path, expected: str, most: int | None = None) -> byte
             data = b"" if mode.st_size > most else stream.read(most + 1)
             if mode.st_size <= most and len(data) <= most:
                 return data
-    except (OSError, ValueError, MemoryError) as error:  # ValueError: a path that no system has
+    except (OSError, ValueError, MemoryError) as error:  # ValueError: an invalid path
         raise InputError(path, "", reason(error), expected) from None
     raise InputError(path, "", f"more than {most} bytes", expected)
 
@@ -128,7 +128,7 @@ def is_input(
     inputs : iterable of str
         Files and folders that are read.
     suffixes : tuple of str
-        Names that are read in a folder.
+        Suffixes of the files that are read in a folder.
     """
     place = Path(os.path.realpath(path))
     for name in inputs:
@@ -137,7 +137,7 @@ def is_input(
             if place == other or (place.exists() and place.samefile(other)):
                 return name
             inside = other.is_dir() and place.parent == other and place.exists()
-        except (OSError, ValueError):  # what cannot be examined is no input, and no place either
+        except (OSError, ValueError):  # not accessible: neither an input nor a target
             continue
         if inside and place.name.lower().endswith(suffixes):
             return f"{name}/{place.name}".replace("//", "/")
@@ -149,7 +149,7 @@ def is_stream(path: str | Path) -> bool:
     path = Path(path)
     try:
         return path.exists() and not (path.is_file() or path.is_dir())
-    except (OSError, ValueError):  # a path that no system has; who opens it says so
+    except (OSError, ValueError):  # an invalid path: opening it reports the error
         return False
 
 
@@ -159,7 +159,7 @@ scanners and indexers open new files briefly. Chosen: one second, as in the C pa
 """
 
 REPLACE_WAIT_S = 0.05
-"""Time between two of them."""
+"""Time between two attempts."""
 
 
 def replace(beside: str | Path, place: str | Path) -> None:
@@ -186,7 +186,7 @@ def write_whole(path: str | Path, content: str | bytes) -> None:
         If the folder does not exist or is not writable.
     """
     path = Path(path)
-    # A file name may hold bytes that are no text; they are shown, not lost.
+    # A file name may contain bytes that are not text; they are shown, not lost.
     data = content.encode(errors="backslashreplace") if isinstance(content, str) else content
     try:
         if is_stream(path):

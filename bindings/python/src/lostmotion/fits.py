@@ -83,10 +83,10 @@ MIDDLE_GRADES_K = (4, 7)
 """Grades of a shaft k that does not lie at zero."""
 
 DELTA_GRADE_MAX = {"k": 8, "m": 8, "n": 8}
-"""Coarsest grade of a hole that gets Delta; 7 for the letters behind n."""
+"""Coarsest grade of a hole to which Delta is added; 7 for the letters after n."""
 
 SMALLEST_STEP_MM = 3
-"""Up to this size Delta is 0."""
+"""Up to this nominal size Delta is 0."""
 
 
 @dataclass(frozen=True)

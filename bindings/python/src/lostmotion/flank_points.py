@@ -24,16 +24,16 @@ from lostmotion.keys import as_in_file
 Points = tuple[tuple[float, float], ...]
 
 KEYS = ("points", "points_file")
-"""Of [design.flank], beside those of the library."""
+"""Keys of [design.flank] in addition to those of the library."""
 
 LEAST = 4
-"""A cubic has four coefficients."""
+"""Least number of points: a cubic has four coefficients."""
 
 PLACE = "design.flank.points"
 
 
 def read_points(file: str, table: Mapping[str, Any]) -> Points | None:
-    """Points of a table [design.flank], rising along the tooth; None where it has none.
+    """Points of a table [design.flank], in the order of rising y; None if it has none.
 
     Raises
     ------
@@ -137,7 +137,7 @@ def flank_points(points: Points, bits: Bits = 64) -> Any:
     c = core(bits)
     made = c.ffi.new("lm_flank_points *")
     x, y = np.array(points).T
-    from scipy.interpolate import CubicSpline  # drives without points do not wait for it
+    from scipy.interpolate import CubicSpline  # drives without points need no SciPy
 
     slope = CubicSpline(y, x)(y, 1)
     made.count = len(points)

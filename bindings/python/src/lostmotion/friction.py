@@ -20,7 +20,7 @@ PARTS: dict[Friction, frozenset[str]] = {
     "both+load": frozenset({"parallel", "series", "load"}),
 }
 """Parts: friction in parallel with the spring, in series, half widths that grow with the load. A
-form contains those whose parts it has.
+form contains every form whose parts are among its own.
 """
 
 WORDS: dict[Friction, str] = {

@@ -113,7 +113,7 @@ def read_keys(
     file, place : str
         For messages: the file and the dotted name of the table.
     table
-        What TOML gave.
+        The table as TOML returns it.
     keys : sequence of Key
         Permitted keys of the table.
     tables : sequence of str
@@ -122,7 +122,7 @@ def read_keys(
     Returns
     -------
     dict
-        From the `key_label` of a key to its value; keys that are not there are left out.
+        From the `key_label` of a key to its value; absent keys are left out.
     """
     if not isinstance(table, Mapping):
         raise InputError(file, place, as_in_file(table), "a table")

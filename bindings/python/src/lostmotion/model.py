@@ -33,7 +33,7 @@ PROBABLE_T = 3.0
 
 @dataclass(frozen=True)
 class Clearances:
-    """Unloaded side clearances, one entry a tooth and axial section.
+    """Unloaded side clearances, one entry per tooth and axial section.
 
     Gaps are output rotations until contact: negative is interference, infinite is no overlap.
     """
@@ -78,7 +78,7 @@ class DesignCurve:
 
 
 ADVICE = ("free_assembly",)
-"""Checks that advise and do not decide."""
+"""Checks that are recommendations: they do not decide whether a design is feasible."""
 
 
 @dataclass(frozen=True)
@@ -333,7 +333,7 @@ class DesignModel:
         ]
 
     def gap_angle(self, gap_mm: float) -> float:
-        """Full rotation of a closed radial gap in one direction, equation (9), in rad."""
+        """Rotation in rad that closes a radial gap in one direction, equation (9)."""
         c = self.core
         state = self.mesh_state()
         one = c.ffi.new("lm_real *")
@@ -348,7 +348,7 @@ def design_model(drive: Drive, bits: Bits = 64) -> DesignModel:
     Raises
     ------
     InputError
-        When the drive is a bought one.
+        If the drive file has no [design].
     """
     if drive.design is None:
         raise InputError(drive.file, "design", "no such table", "[design]: this needs the geometry")

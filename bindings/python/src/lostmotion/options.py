@@ -48,7 +48,7 @@ def read_number(option: str, text: str, limit: float) -> float:
 
 
 RATIO_MAX = 1e4
-"""Largest ratio of the option."""
+"""Largest ratio that the option accepts."""
 
 
 def ratio_of(text: str) -> float:

@@ -15,7 +15,7 @@ from lostmotion.errors import InputError
 from lostmotion.files import read_bytes, reason, write_whole
 
 LIST = ".lostmotion-files"
-"""Name of the list: lines as of ``sha256sum``, a name behind its sum."""
+"""Name of the list; its lines are those of ``sha256sum``: checksum, then file name."""
 
 AT_WORK = "-" * 64
 """Replaces a checksum while a command is running."""
@@ -33,7 +33,7 @@ def claim(folder: str | Path, names: Iterable[str]) -> None:
     Raises
     ------
     InputError
-        When the folder cannot be made or written to, or names the first such file.
+        If the folder cannot be created or written to, or has such a file; the message names it.
     """
     folder = Path(folder)
     try:
@@ -66,7 +66,7 @@ def is_own(file: Path, known: str | None) -> bool:
 
 
 def sum_of(file: Path) -> str:
-    """Sum of a file."""
+    """SHA-256 of a file."""
     return hashlib.sha256(read_bytes(file, "a file")).hexdigest()
 
 
@@ -80,6 +80,6 @@ def read_list(folder: Path) -> dict[str, str]:
 
 
 def write_list(folder: Path, known: dict[str, str]) -> None:
-    """Write the list whole."""
+    """Write the complete list."""
     lines = [f"{known[name]}  {name}\n" for name in sorted(known)]
     write_whole(folder / LIST, "".join(lines))

@@ -206,7 +206,7 @@ def clearances(
         "schema": "lostmotion.clearances/1",
         "drive": drive.name,
         "section": [int(section) for section in found.section],
-        # To and from rad leaves an angle of 30 deg a bit beside it; nobody could look it up.
+        # Converted to rad and back, 30 deg is no longer exactly 30 and could not be looked up.
         "angle_deg": numbers(np.round(np.degrees(found.angle_rad), ANGLE_DIGITS)),
         "forward_arcmin": numbers(found.forward_rad / ARCMIN),
         "backward_arcmin": numbers(found.backward_rad / ARCMIN),

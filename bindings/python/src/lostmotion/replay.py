@@ -75,7 +75,7 @@ COLUMNS = {
 """Quantities of a recording that are used unchanged as conditions."""
 
 GAP_STEPS = 1.5
-"""A time step of at least this multiple of the usual one lacks ticks."""
+"""A time step of at least this multiple of the usual one has missing ticks."""
 
 PERIOD_SLACK = 0.02
 """A log whose step differs by more than this share from the parameters' period is reported."""
@@ -309,7 +309,7 @@ def _run(c: Core, parameters: Any, run: Run) -> Tape:
     c.check(c.lib.lm_start_compensator(compensator, parameters, first, fault), fault)
     start = float(c.lib.lm_bound_uncertainty(compensator))
     at = c.ffi.new("lm_conditions *")
-    for name in NEEDS[:-1]:  # all but the time, which counts as the period
+    for name in NEEDS[:-1]:  # all except the time, which counts as one period
         setattr(at, name, c.lib.LM_UNKNOWN)
     values = np.empty((ticks, len(OUTPUTS)), dtype=np.float32)
     status = np.empty(ticks, dtype=np.uint32)
@@ -345,8 +345,8 @@ def recorded(run: Run) -> dict[str, FloatArray]:
         if name in columns:
             raw, mended = columns[name], run.columns[name]
             added = mended - raw[kept]
-            # A row that the run lacks has the turns of the rows about it; where those differ, the
-            # turns that put it between them.
+            # A row that is not in the run has the turns of its neighbours; if these differ, the
+            # turns for which its angle is between theirs.
             turns = 2 * np.pi * np.round((np.interp(rows, kept, mended) - raw) / (2 * np.pi))
             columns[name] = raw + np.where(added[before] == added[after], added[before], turns)
             columns[name][kept] = mended
@@ -368,7 +368,7 @@ def conditions(run: Run) -> dict[str, npt.NDArray[np.float32]]:
         if name in columns
     }
     elapsed = np.diff(columns["time"], prepend=columns["time"][0])
-    elapsed[~np.isfinite(elapsed)] = 0.0  # not told
+    elapsed[~np.isfinite(elapsed)] = 0.0  # unknown
     found["elapsed_s"] = elapsed.astype(np.float32)
     inverse = np.divide(1.0, elapsed, out=np.zeros_like(elapsed), where=elapsed > 0)
 
@@ -399,7 +399,7 @@ class MissingTicks:
     longest_s : float or None
         Longest step of the clock, if there is a gap.
     at_s : float or None
-        The time before it.
+        Time of the tick before this step.
     standing : int
         Ticks whose time does not advance.
     """

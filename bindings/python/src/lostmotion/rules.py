@@ -41,7 +41,7 @@ P_SURE = 1e-3
 Chosen: a tenth of `P_LIMIT`.
 """
 
-# Sizes: what is large enough to count.
+# Sizes: the least size that counts.
 
 SIZE_LEAST = 0.1
 """Least size of a missing effect, rms relative to the noise: in practice recordings cannot
@@ -78,8 +78,8 @@ Chosen: on campaigns of tests/rig.
 """
 
 ALIKE_SHARE = 0.25
-"""... and of which that one can absorb this share here: some plans separate what others do not,
-such as orders 2 and 2.02 over a whole turn of the output.
+"""... and of which that one can absorb this share with the given plan: some plans separate effects
+that others do not, such as orders 2 and 2.02 over a whole turn of the output.
 
 Chosen: on campaigns of tests/rig.
 """
@@ -93,7 +93,7 @@ that depend only on the load are not distinguished from this error.
 Chosen: on campaigns of tests/rig.
 """
 
-# Choice: which of those that count is the answer.
+# Selection: which of the candidates that count is the answer.
 
 NAMED_SHARE = 0.75
 """A named effect that reaches this share of the best shape's gain is selected: a real effect never
@@ -153,7 +153,7 @@ RUNS_PER_TERM = 4
 Chosen: on campaigns of tests/rig.
 """
 
-# Refits: which candidates are fitted in truth.
+# Refits: which candidates are fitted with the full model.
 
 REFITS_NAMED = 3
 """Number of the strongest that are refitted.
@@ -212,7 +212,7 @@ WORSE = 1.2
 Chosen: on campaigns of tests/rig.
 """
 
-# Verdict: what is stated of the answer.
+# Verdict: what is stated about the answer.
 
 RUNS_LEAST = 6
 """With fewer runs the smallest p of the sign-flip test is above 0.05: no effect can be identified.
@@ -223,17 +223,17 @@ Derived: 2^-(n-1) < 0.05 for n = 6, of the signs of the runs.
 TWIN_DEG = 10.0
 """Effects within this angle are confounded with this plan.
 
-Derived: 97 % of the one's square is the other's.
+Derived: each explains 97 % of the sum of squares of the other.
 """
 
 WARN_DEG = 30.0
 """Effects within this angle are hard to separate.
 
-Derived: three quarters of the one's square are the other's.
+Derived: each explains three quarters of the sum of squares of the other.
 """
 
 POWER = 0.8
-"""Probability with which the smallest detectable size is found.
+"""Probability with which the smallest detectable size is detected.
 
 Conventional: the power of a planned test.
 """
@@ -259,7 +259,7 @@ than this is not recommended.
 Conventional: 5 % at an amplitude that was left out.
 """
 
-# Runs that stand apart.
+# Outlier runs.
 
 OUTLIER_RUNS_LEVEL = 0.002
 """Probability that a campaign with only scatter is reported to have outlier runs.
@@ -276,7 +276,7 @@ Conventional: Rosner, Technometrics 25 (1983) 165.
 OUTLIER_RUNS_SHARE_MOST = 0.2
 """Largest share of outlier runs.
 
-Conventional: as Rosner, for whom outliers are few.
+Conventional: Rosner assumes that outliers are few.
 """
 
 OUTLIER_RUNS_ALIKE_LEAST = 3
@@ -288,7 +288,7 @@ Chosen: on campaigns of tests/rig.
 
 OUTLIER_RUNS_FAR_LOAD = 2.0
 """Runs whose load differs by this factor from all others are the only ones at that load: even two
-runs that deviate to the same side count ...
+runs that deviate in the same direction count ...
 
 Chosen: on campaigns of tests/rig.
 """
@@ -347,10 +347,10 @@ lost motion from sample to sample.
 Chosen: on campaigns of tests/rig.
 """
 
-# What is set aside, and how runs are parted.
+# Rows that are set aside, and groups of runs.
 
 OUTLIER = 7.0
-"""A single sample that is this many deviations off its neighbours is an outlier.
+"""A single sample that deviates from its neighbours by this many standard deviations is an outlier.
 
 Chosen: Gaussian noise reaches it in one of 4e11 samples.
 """
@@ -368,9 +368,11 @@ Chosen: three times the share of wild samples in the worst logs of tests/rig, ha
 steps of friction in the logs of a printed reducer. """
 
 WHOLE_TOOTH = 0.2
-"""How far a jump may be from whole teeth, in teeth: the load moves the drive, too.
+"""Largest distance of a jump from a whole number of teeth, in teeth: the load moves the drive as
+well.
 
-Chosen: a fifth of a tooth, far beyond any noise and short of the next whole one.
+Chosen: a fifth of a tooth, far above any noise and below half a tooth, where the next number
+begins.
 """
 
 SIDE_LEAST = 2
@@ -380,15 +382,15 @@ Derived: one run confirms nothing.
 """
 
 SAME_RATE = 1.25
-"""Runs whose load changes as quickly within this factor are of one rate: the noise of the torque
-makes each a little different, and no cause sets in between them.
+"""Loading rates that differ by less than this factor count as equal: the noise of the torque makes
+each slightly different, and no effect begins between them.
 
 Chosen: on campaigns of tests/rig.
 """
 
 PERSISTENCE_MAX = 0.95
 """Largest sum of the coefficients: noise that lasts longer is a drift, and counts as something that
-is missing from the model. It would also let the fit wander, because nothing slow would count.
+is missing from the model. The fit could also drift, because slow deviations would have no weight.
 
 Chosen: on campaigns of tests/rig.
 """

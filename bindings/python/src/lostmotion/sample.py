@@ -64,7 +64,7 @@ Item = TypeVar("Item")
 Answer = TypeVar("Answer")
 
 ROWS = 120_000
-"""Rows of a sample. A diagnosis holds some 300 columns of as many rows."""
+"""Rows of a sample. A diagnosis keeps some 300 columns with this number of rows in memory."""
 
 BATCH_ROWS = 1 << 18
 """Rows of a Parquet file that are in memory at a time, for each worker."""
@@ -263,7 +263,7 @@ def kept_rows(
     turned = moving[np.flatnonzero(np.diff(move[moving]) != 0) + 1] if moving.size else moving
     edges = np.concatenate(([0], turned, [t.size]))
     for a, b in pairwise(edges):
-        # The turn itself lies before the moment at which it is noticed.
+        # The reversal itself precedes the row at which it is detected.
         keep[good[a + int(np.argmax(t[a:b]))]] = True
         keep[good[a + int(np.argmin(t[a:b]))]] = True
     return np.asarray(keep)
@@ -338,7 +338,7 @@ def sample_campaign(
         Address of a Dask scheduler, or ``local`` for Dask on this machine; by default threads. The
         workers of a cluster must see the files under the same names.
     progress : callable, optional
-        Called with steps done and steps in all.
+        Called with the number of steps done and their total.
 
     Returns
     -------
@@ -445,8 +445,8 @@ def join_parts(
     joined = {name: np.concatenate(values) for name, values in columns.items()}
     if "lost_motion" not in joined and ratio is None:
         raise InputError(file, "input_angle_rad", "no ratio", RATIO_EXPECTED)
-    # Unusable rows were counted over all rows, and the sample's clock has gaps by design; a sensor
-    # that is dead or frozen is so in the sample too.
+    # Unusable rows were counted over all rows, and the sample's clock has gaps by design; a dead or
+    # frozen sensor is also dead or frozen in the sample.
     of_sample: list[Finding] = []
     run = sound_run(file, label, joined, ratio, of_sample)
     kinds = ("stuck", "wild", *(("wrap", "jump") if not single_angle(columns) else ()))

@@ -23,8 +23,8 @@ DIMENSIONS = {
     "flexspline.wall_thickness_mm": ("mm", 0.005),
     "flexspline.length_mm": ("mm", 0.05),
 }
-"""Dimensions of a drawing, each with its unit and the step of its derivative: the last digit that a
-drawing states, far above the rounding of the model."""
+"""Dimensions of a drawing, each with its unit and the step of its numerical derivative: the last
+digit that a drawing states, far above the rounding error of the model."""
 
 MENDED_BY = (
     "teeth.flexspline_shift",
@@ -34,16 +34,16 @@ MENDED_BY = (
     "flexspline.rim_thickness_mm",
     "teeth.face_width_mm",
 )
-"""What a designer changes first."""
+"""Dimensions that a designer changes first."""
 
 STEPS_MOST = 60
-"""Steps of a dimension that a hint may take: 0.6 modules of a shift, 3 mm of a face."""
+"""Largest change in a hint, in steps of the dimension: 0.6 modules of a shift, 3 mm of a face."""
 
 OVERSHOOT = 1.1
-"""Share of the linear change that is tried: margins bend."""
+"""Factor on the change that a linear extrapolation requires, because margins are nonlinear."""
 
 HINTS_MOST = 3
-"""Changes that are stated."""
+"""Largest number of changes that are listed."""
 
 
 @dataclass(frozen=True)

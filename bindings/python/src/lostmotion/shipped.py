@@ -8,7 +8,7 @@ import lostmotion
 from lostmotion.errors import InputError
 
 INPUTS = "demo_inputs"
-"""Folder of the package that holds what the demonstration reads."""
+"""Folder of the package with the input files of the demonstration."""
 
 FIRMWARE = "firmware"
 """Folder within it with the controller's sources, which are not copied."""

@@ -27,12 +27,12 @@ FIGURES = (
     "flank_pressure_MPa",
     "bearing_life_h",
 )
-"""Numbers of a row; a bought drive has the first, the third and the fourth."""
+"""Numbers of a row; a catalogue drive has the first, the third and the fourth."""
 
 HEAD = ("drive", "ratio", "rated_torque_Nm")
 
 DRAWN = FIGURES[0], FIGURES[3], FIGURES[5]
-"""Figures that a sweep draws: what is bought, what it costs, and whether it holds."""
+"""Figures that a sweep draws: lost motion, stiffness and safety factor."""
 
 
 class SideBySide(dict[str, Any]):
@@ -147,7 +147,7 @@ def finite(value: float | None) -> float | None:
 
 
 SWEEP_MOST = 1001
-"""Most values of a sweep."""
+"""Largest number of values of a sweep."""
 
 
 def read_sweep(text: str) -> tuple[str, list[float]]:

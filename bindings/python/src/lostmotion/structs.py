@@ -16,7 +16,8 @@ from lostmotion.flank_points import Points, flank_points
 from lostmotion.keys import Key, Kind, TableEntry, as_in_file
 
 MEASURES = ("", "deg", "arcmin", "modules", "pitch diameters", "rim thicknesses", "face widths")
-"""What a range of a design key is measured in, by the value of `lm_key_measure`; "": its unit."""
+"""Unit of the range of a design key, by the value of `lm_key_measure`; "" is the unit of the
+key."""
 
 
 def _names(name_of: Callable[[int], Any]) -> tuple[str, ...]:
@@ -272,7 +273,7 @@ def make_drive(design: Design, bits: Bits = 64) -> Any:
     with_fault(design, c, lambda fault: c.lib.lm_check_drive(trial, fault))
     drive = _given(design, c, design.values)
     with_fault(design, c, lambda fault: c.lib.lm_complete_drive(drive, fault))
-    _set_all(drive, design, design.values)  # a zero that the file gives is no gap to be filled
+    _set_all(drive, design, design.values)  # a zero that the file states is not a missing value
     if design.radial_chain is not None:
         _fill(design, c, drive, "radial_law", design.radial_chain, _radial_law)
     if design.torsion_chain is not None:
@@ -344,10 +345,10 @@ def stated_defaults(design: Design, drive: Any) -> dict[str, Any]:
 
 
 WITH_CONTACT_ARC = ("discs", "rollers", "ring")
-"""Generators that have a contact half angle."""
+"""Wave generators that have a contact half angle."""
 
 WITH_CAM_OFFSET = ("ellipse",)
-"""Generators whose neutral line may lie beside the cam."""
+"""Wave generators whose cam may be offset from the neutral line."""
 
 
 def unused_keys(design: Mapping[str, Any]) -> set[str]:
@@ -488,7 +489,7 @@ def _unfit_generator(design: Design, error: LibraryError) -> tuple[str, str]:
 
 
 def _no_tip(design: Design, error: LibraryError) -> tuple[str, str]:
-    """A tip below the base circle, or above the pointed end of its tooth."""
+    """Describe a tip below the base circle, or above the point where the flanks meet."""
     found = f"{design.values[error.key].value:.6g}"
     if error.low > 0:
         return (
@@ -523,7 +524,7 @@ def _no_reach(design: Design, error: LibraryError) -> tuple[str, str]:
 GEARS = ("flexspline", "rigid")
 
 NO_ROOT = "tooth thickness at root_radius_mm"
-"""What the library calls a tooth whose flanks meet below its root."""
+"""Name in the library of the fault that the flanks of a tooth meet below its root."""
 
 ARC_FAULTS: dict[str, tuple[str, str]] = {
     "flank.rho_a, flank.rho_f": (
@@ -785,7 +786,7 @@ def _torsion_element(
     elif entry.kind == "lock":
         status = lib.lm_make_input_lock(entry.get("stiffness"), design.ratio, element, fault)
     else:
-        # A stiffness where it acts: the same struct, at the ratio of that place.
+        # A stiffness at the input or output: the same struct, with the ratio of that place.
         status = lib.lm_make_input_lock(entry.get("stiffness"), ratio, element, fault)
     return status
 

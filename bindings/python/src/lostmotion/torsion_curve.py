@@ -41,7 +41,7 @@ def run_plays(
     state: float = 0.0,
     widening: FloatArray | None = None,
 ) -> FloatArray:
-    """Differences ``z_i - T`` of play operators over a recording, one column an operator.
+    """Differences ``z_i - T`` of play operators over a recording, one column per operator.
 
     Parameters
     ----------

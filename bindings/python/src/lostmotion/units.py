@@ -230,7 +230,7 @@ SPELLINGS = {
 FOLDED = frozenset(symbol.lower() for symbol in ATOMS)
 
 MULTIPLIED = re.compile(r"[\s.*·•×⋅∙‧_-]+")
-"""What stands between the factors of a unit."""
+"""Separators between the factors of a unit."""
 
 
 def read_unit(text: str, dimension: Dimension) -> Unit | None:

@@ -40,7 +40,7 @@ def run_channels(base: BaselineModel) -> dict[str, tuple[FloatArray, str]]:
 
 
 def levels(rates: FloatArray) -> FloatArray:
-    """Rates, with nearly equal ones replaced by their geometric mean."""
+    """Loading rates; nearly equal ones are replaced by their geometric mean."""
     floored = np.maximum(rates, STANDING * max(float(rates.max(initial=0.0)), 1e-300))
     group = group_within(floored, rules.SAME_RATE)
     sums = np.bincount(group, weights=np.log(floored))
@@ -66,7 +66,7 @@ def scan(contest: Contest, part: int, masks: FloatArray) -> FloatArray:
     n0 = e.fixed.size
     total = matrix.sum(axis=0)
     h0 = total[:n0, :n0] + np.diag(e.ridge(e.index())[:n0])
-    # Rows: the column of each parting against the baseline model, itself and the residual.
+    # Rows: products of the column of each split with the baseline model, itself and the residual.
     cross = masks @ matrix[:, n0, :n0]
     own = masks @ matrix[:, n0, n0]
     score = masks @ matrix[:, n0, -1] - cross @ np.linalg.solve(h0, total[:n0, -1])
@@ -102,8 +102,8 @@ def run_steps(base: BaselineModel, contest: Contest) -> list[Candidate]:
             )
             shape = f"{part}, a step {where}"
             if key in out:
-                # Two channels that part the runs in one way are confounded. Each has its test, and
-                # either may be the one that passes: the one with fewer partings.
+                # Two channels that split the runs in the same way are confounded. Either may pass
+                # its test, so the number of trials is that of the channel with fewer splits.
                 one = out[key]
                 out[key] = replace(
                     one,

@@ -109,7 +109,7 @@ class Linear:
         return self.possible(effect, coefficients) and effect.against_its_name(values) is None
 
     def possible(self, effect: Effect, coefficients: FloatArray) -> bool:
-        """See `Form`: of several values one can be nothing."""
+        """See `Form`: one of several values can be zero."""
         linear = [effect.values[i] for i in effect.indices("linear")]
         return len(linear) > 1 or bool(linear[0].low < 0.0 or coefficients[0] > 0.0)
 

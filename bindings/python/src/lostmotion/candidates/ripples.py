@@ -76,7 +76,7 @@ def strongest_order(
     orders = np.arange(power.size) * BINS * highest / points
     level = local_level(power, 2 * NEIGHBOURS * PADDING)
     looked_at = (orders >= LOWEST / span) & (orders <= highest)
-    for order in ANGLE_ORDERS:  # those compete already
+    for order in ANGLE_ORDERS:  # these orders already compete
         looked_at &= np.abs(orders - order) > 1.0 / span
     if not looked_at.any():
         return []

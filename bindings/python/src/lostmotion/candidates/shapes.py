@@ -26,7 +26,7 @@ TORQUE_WAVES = 48
 """Largest number of periods of a ripple over the range of torque."""
 
 ANGLE_ORDERS = (0.5, 1, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8, 10, 12)
-"""Orders of a turn that are examined beside the first four."""
+"""Orders per revolution that are examined in addition to the first four."""
 
 SEEN_RAD = 0.5
 """Part of a wave over an angle that must be recorded: a shorter part resembles a polynomial of any
@@ -76,7 +76,7 @@ def channels(base: BaselineModel) -> dict[str, FloatArray]:
         if column in c.columns and np.ptp(c.columns[column]) > 0:
             found[name] = c.columns[column]
     if not base.has_effects:
-        # The residual of creep or of a lag depends on rates too, and is no second cause.
+        # The residual of creep or of a lag also depends on rates; this is not a second cause.
         found["torque_rate"] = usual_rates(base)
     found["time"] = c.time_s - c.time_s[c.starts[:-1]][c.run_of]
     found["run"] = c.run_of.astype(np.float64)
@@ -190,7 +190,7 @@ def finer(base: BaselineModel, coarse: Candidate) -> list[Candidate]:
     elif kind[0] == "order" and coarse.covariate in ("input_angle", "output_angle"):
         middle = float(kind[1])
         x = c.columns[f"{coarse.covariate}_rad"] / (2 * np.pi)
-        # An order is as sharp as the turns that were recorded.
+        # The resolution of an order is the reciprocal of the recorded turns.
         width = 1.0 / max(float(np.ptp(x)), 1.0)
         scan = middle + width * FINE * np.arange(-10, 11)
         words = [f"{k:.4g} per revolution" for k in scan if k > 0]

@@ -23,13 +23,13 @@ from lostmotion.units import ARCSEC
 FloatArray = npt.NDArray[np.float64]
 
 POINTS_MAX = 4
-"""Combinations of starts of the inner values of an effect that are tried."""
+"""Largest number of combinations of starts of the inner values of an effect."""
 
 TORQUE_SHARES = (0.02, 0.1, 0.5)
 """Default starts of a torque value, relative to rated torque."""
 
 SMALL = 0.005
-"""Step of a torque effect in differences, relative to rated torque."""
+"""Step of a torque effect in finite differences, relative to rated torque."""
 
 
 def given_values(base: BaselineModel, ratio: float) -> dict[str, float]:
@@ -98,7 +98,7 @@ def resolved(effect: Effect, base: BaselineModel, ratio: float) -> Effect:
     for i, value in enumerate(effect.values):
         if value.scale in ("speeds", "times"):
             starts = grid(effect, i, base)
-            if min(starts) < max(starts):  # runs of a few samples resolve one time and no range
+            if min(starts) < max(starts):  # short runs resolve a single time, not a range
                 value = replace(value, low=min(starts), high=max(starts))
         elif value.sign == "ratio":
             value = replace(value, low=0.0) if ratio > 0 else replace(value, high=0.0)

@@ -15,7 +15,7 @@ TAKEUP_SHARES = (0.01, 0.02, 0.05, 0.1)
 """Shares of the amplitude at which a step may be complete."""
 
 GAP_SHARE = 0.02
-"""A step that is complete above this share of the amplitude is a soft first slope and no gap: a
+"""A step that is complete above this share of the amplitude is a soft first slope, not a gap: a
 radial gap closes below 2 % of the rated torque (theory page, take-up of the radial gap)."""
 
 CLOSED = 3.0

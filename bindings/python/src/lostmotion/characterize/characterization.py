@@ -145,7 +145,7 @@ def standard_figures(
         Angles to use instead of the lost motion, one array per run: those of a model at these
         torques.
     """
-    with one_thread():  # many small matrices
+    with one_thread():  # small matrices
         return _standard_figures(campaign, rated_torque_Nm, angle_rad)
 
 
@@ -363,7 +363,7 @@ class Characterization:
                 figures.curve["K1"].reason,
                 "loops, or more readings",
             )
-        # Below three slopes the last one continues; where kinks are missing they change nothing.
+        # With fewer than three slopes the last one continues; added kinks do not change the curve.
         stiffness = [float(1.0 / slope) for slope in fit.slopes_rad_per_Nm]
         kinks = [float(kink) for kink in fit.kinks_Nm]
         reach = figures.samples.amplitude_Nm

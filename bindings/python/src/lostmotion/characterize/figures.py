@@ -40,7 +40,7 @@ WINDOW_NODES = 9
 """Nodes of the mean curve in this window."""
 
 LOST_MOTION_WINDOW = 8.0
-"""Lost motion is read from samples up to this multiple of its torque, in separate bins."""
+"""Lost motion is determined from samples up to this multiple of its torque, in separate bins."""
 
 DETERMINED = 1e-6
 """A value is determined if less than this share of it is in the null space: rounding of the
@@ -172,7 +172,7 @@ def determined(design: FloatArray, pick: FloatArray) -> bool:
 def lost_motion(samples: Samples, torque_Nm: float, fit: CurveFit | None = None) -> Estimate:
     """Lost motion of a reversal at plus and minus a torque, in rad.
 
-    For few readings, which have none near so small a torque, it follows from the first slope of the
+    Few readings have none near such a small torque; then it follows from the first slope of the
     curve.
     """
     if not samples.two_directions:

@@ -30,7 +30,7 @@ def flat(answer: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def cells(found: Mapping[str, Any]) -> list[str]:
-    """Print a figure to two digits of its standard error."""
+    """Format a figure with two digits of its standard error."""
     value, error = found["value"], found.get("standard_error")
     if value is None:
         return ["-", "-", "-"]

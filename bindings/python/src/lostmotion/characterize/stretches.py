@@ -26,7 +26,7 @@ in `compare`, where runs within 5 % repeat each other.
 """
 
 SAME_AMPLITUDE = 1.0 - TIP_SHARE
-"""Runs that reach this share of the largest amplitude are loops of one size."""
+"""Runs that reach this share of the largest amplitude count as loops of the same size."""
 
 ONE_DIRECTION = 0.1
 """Below this share of the torque in the other direction a campaign has one direction only."""
@@ -157,12 +157,12 @@ def collect(
     ----------
     campaign : Campaign
     angle_rad : sequence of ndarray, optional
-        Angles in place of the lost motion, one array a run: those of a model at these torques.
+        Angles in place of the lost motion, one array per run: those of a model at these torques.
     window_Nm : float, optional
         Range of torque on either side of zero for the samples and bins.
     """
     low, high = tips(campaign.runs)
-    moves = high > low  # a torque that is at rest makes no loop
+    moves = high > low  # constant torque: no loop
     used = loop_stretches(campaign, low, high) if moves else []
     known = bool(used)
     if moves and not known:
@@ -230,7 +230,7 @@ def loop_stretches(
             continue
         begun = fell = False
         for order, (rows, falling) in enumerate(stretches(torque, max(high_Nm, -low_Nm))):
-            # What was read at a tip was read on the branch that led to it.
+            # A reading at a tip belongs to the branch that led to it.
             first = float(torque[max(rows.start - 1, 0)])
             last = float(torque[rows.stop - 1])
             at_tip = first >= high_Nm - slack if falling > 0 else first <= low_Nm + slack
@@ -244,8 +244,8 @@ def loop_stretches(
                 reached = last <= low_Nm + slack if falling > 0 else last >= high_Nm - slack
                 if not reached:
                     continue
-                rows = slice(rows.stop - 1, rows.stop)  # the tip itself, whatever led to it
-            # A loop begins where the torque begins to fall, but for the ramp up to its first tip.
+                rows = slice(rows.stop - 1, rows.stop)  # only the tip itself
+            # A loop begins when the torque begins to fall, except for the ramp up to the first tip.
             if not begun or (falling > 0 and fell):
                 loop += 1
                 fell = False
@@ -273,17 +273,17 @@ def stretches(torque_Nm: FloatArray, largest_Nm: float) -> list[tuple[slice, flo
     noticed = np.flatnonzero(np.diff(rising)) + 1
     edges = [0]
     for turn in noticed:
-        # A turn is noticed behind the tip at which it happened.
+        # A reversal is detected after the tip at which it occurred.
         part = torque_Nm[edges[-1] : turn]
         backwards = part[::-1] if rising[turn - 1] else -part[::-1]
-        # Readings that repeat a tip were read before the turn.
+        # Readings that repeat a tip precede the reversal.
         edges.append(edges[-1] + part.size - int(np.argmax(backwards)))
     edges.append(torque_Nm.size)
     signs = [*rising[noticed - 1], rising[-1]]
     found: list[tuple[slice, float]] = []
     for a, b, up in zip(edges[:-1], edges[1:], signs, strict=True):
         sign = -1.0 if up else 1.0
-        if found and found[-1][1] == sign:  # a turn too small to have a tip of its own
+        if found and found[-1][1] == sign:  # a reversal too small to have its own tip
             found[-1] = (slice(found[-1][0].start, b), sign)
         elif b > a:
             found.append((slice(a, b), sign))

@@ -32,8 +32,8 @@ FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
 
 LOOPS_LEAST = 4
-"""With fewer loops their differences are unknown: with three, Student's t has two degrees of
-freedom and a 95 % interval is 4.3 standard errors wide on either side.
+"""Least number of loops from which their differences are estimated: with three, Student's t has two
+degrees of freedom and a 95 % interval is 4.3 standard errors wide on either side.
 """
 
 PIECES = 8
@@ -59,7 +59,7 @@ WIDTH_NODES = (*np.arange(0.0, 0.9, 0.05), 0.9, 0.925, 0.95, 0.975, 1.0)
 """Nodes of the half width over the amplitude, closer at the tips, where it closes."""
 
 WIDTH_NODES_LEAST = 6
-"""With fewer nodes a loop has too few samples to show where it closes."""
+"""Least number of nodes: with fewer, a loop has too few samples to show where it closes."""
 
 NODE_LEVELS = 2
 """Least number of torques per branch between two nodes: a straight line needs two."""
@@ -73,7 +73,7 @@ One that closes like an ellipse is developed to a third of it.
 """
 
 CONFIDENCE = 0.95
-"""Of every interval."""
+"""Confidence level of every interval."""
 
 KINKS = np.linspace(0.06, 0.94, 45)
 """Grid of the kink search, relative to the amplitude."""
@@ -213,7 +213,7 @@ def supported(samples: Samples, nodes: FloatArray) -> FloatArray:
         if levels(kept[-1] if len(kept) > 1 else -1.0, float(node)) >= NODE_LEVELS:
             kept.append(float(node))
     if len(kept) > 1 and levels(kept[-1], np.inf) > 0:
-        kept[-1] = float(nodes[-1])  # the rest beyond the last one belongs to it
+        kept[-1] = float(nodes[-1])  # samples beyond the last node belong to it
     return np.asarray(kept)
 
 
@@ -253,7 +253,7 @@ def blocks_of(samples: Samples) -> IntArray:
     """Blocks of the jackknife: loops, or parts of them if there are few."""
     if samples.loops >= LOOPS_LEAST:
         return samples.loop
-    # A piece on one side of zero leaves the other side to tell the middle of the loop.
+    # Without a piece on one side of zero, the other side determines the middle of the loop.
     _, half = np.unique(2 * samples.stretch + (samples.torque_Nm > 0), return_inverse=True)
     order = np.argsort(half, kind="stable")
     size = np.bincount(half)
@@ -322,7 +322,7 @@ def covariance_of(
         return variance * np.linalg.pinv(whole, rcond=1e-9) / np.outer(scale, scale), dof
     blocks = blocks_of(samples)
     covariance = jackknife(scaled, residual, blocks) / np.outer(scale, scale)
-    # A figure draws on the pieces about its torque: one of each branch on either side of zero.
+    # A figure depends on the pieces near its torque: one per branch on either side of zero.
     few = samples.loops < LOOPS_LEAST
     count = 4 * samples.loops if few else int(np.unique(blocks).size)
     if is_shared(samples, residual, fitted):

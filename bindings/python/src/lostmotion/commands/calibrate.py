@@ -81,7 +81,7 @@ def sentences(answer: dict[str, Any]) -> list[str]:
 
 
 def show_calibration(answer: dict[str, Any], out: TextIO) -> None:
-    """Print what was found."""
+    """Print the calibrated constants."""
     rows = [
         [one["name"], *(f"{one[key]:.4g}" for key in ("value", "low", "high"))]
         for one in answer["constants"]

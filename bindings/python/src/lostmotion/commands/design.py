@@ -21,10 +21,10 @@ from lostmotion.options import whole_number
 from lostmotion.terminal import deliver, show_table
 
 BAR_WIDTH = 20
-"""Characters of the bar."""
+"""Width of the progress bar in characters."""
 
 FRONT_ROWS = 12
-"""Most designs of the front that are printed."""
+"""Largest number of designs of the front that are printed."""
 
 APART = 0.1
 """Relative difference of an objective between fine check and search that is not reported."""
@@ -129,7 +129,7 @@ def relaxations(result: SearchResult) -> list[str]:
 
 
 def show_result(result: SearchResult, out: TextIO) -> None:
-    """Print the front and what the certificate says."""
+    """Print the front and the result of the certificate."""
     state = "finished" if result.finished else "stopped; --resume continues it"
     states = ", ".join(
         f"{n} {name.replace('_', ' ')}" for name, n in result.combinations.items() if n

@@ -159,7 +159,7 @@ def run_check(arguments: argparse.Namespace) -> None:
     stated = None if arguments.ratio is None else ratio_of(arguments.ratio)
     paths, mapping = arguments.data, parse_map(arguments.map)
     protocol = protocol_of(arguments)
-    # Of an infinite ratio the input says nothing: no encoder is compared with the other.
+    # With an infinite ratio the input angle has no influence, so the encoders are not compared.
     ratio = math.inf if stated is None else stated
     campaign = read_campaign(
         paths, ratio=ratio, mapping=mapping, protocol=protocol, join=arguments.join

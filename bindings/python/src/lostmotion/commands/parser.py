@@ -23,14 +23,14 @@ PROGRESS = ("bar", "json", "none")
 SIDES = ("output", "input")
 
 Command = Callable[[str, str, str, str], argparse.ArgumentParser]
-"""Adds a command: its name, MODULE:FUNCTION that runs it, what it does, an example."""
+"""Adds a command: name, MODULE:FUNCTION, purpose, example."""
 
 
 class Version(argparse._VersionAction):
     """The option that prints the version, which is determined only on use."""
 
     def __call__(self, *called: Any) -> NoReturn:
-        """Print it and leave."""
+        """Print the version and exit."""
         from lostmotion import __version__
 
         self.version = f"lostmotion {__version__}"

@@ -30,7 +30,7 @@ PHASE_MAX_DEG = 360.0
 """Largest tooth phase; it repeats with every tooth."""
 
 ANGLE_MAX_DEG = 90.0
-"""Teeth of one lobe lie within this of the deformation axis."""
+"""Teeth of one lobe are within this angle of the deformation axis."""
 
 
 def torque_range(text: str | None, rated_Nm: float) -> np.ndarray[Any, np.dtype[np.float64]]:

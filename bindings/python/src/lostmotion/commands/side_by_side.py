@@ -18,7 +18,7 @@ SHOWN = {
     "safety_factor": "safety",
     "checks_not_kept": "failed checks",
 }
-"""Columns of the printed table; the file and the JSON have all."""
+"""Columns of the printed table; the file and the JSON have all columns."""
 
 ALONE = ("torque", "sensitivity", "target")
 """Options of a prediction that do not apply to a table."""

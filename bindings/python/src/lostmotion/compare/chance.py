@@ -27,9 +27,9 @@ def variance_explained(
     generator: np.random.Generator,
     covariate: FloatArray | None = None,
 ) -> tuple[float, float]:
-    """Share of the variance that cells explain beyond chance, and its p-value.
+    """Share of the variance that the means of cells explain beyond chance, and its p-value.
 
-    A cell explains its mean or, with a covariate, the part proportional to it.
+    With a covariate, a cell explains the part proportional to the covariate instead of the mean.
 
     The share expected by chance follows from random signs of whole blocks of the residual, which
     keep the correlation within blocks but not between them.
@@ -119,7 +119,8 @@ def explained_apart(
     flipped = signs @ scaled
     apart = np.sum(without_groups(flipped, size, many, few) ** 2, axis=1)
     alike = np.sum(flipped**2, axis=1) - apart
-    # Random signs bring back zeros and a curve in common: they take from what can differ.
+    # Random signs reintroduce offsets and a common curve, which reduce the variance that can differ
+    # between runs.
     parts = apart / np.maximum(within - alike, TINY)
     chance = float(np.mean(parts)) * within
     return beyond_chance(float(apart[0]) / total, chance / total), chance_of(parts)
@@ -143,7 +144,8 @@ def without_groups(
     groups = (few[:, None] == np.unique(few)) * root[:, None]
     order = np.unique(many, return_inverse=True)[1]
     inside = np.bincount(order, size)
-    # Groups of one kind share no cell, so each is taken off by itself; those of the other follow.
+    # Groups of one kind share no cell, so each is subtracted separately, before those of the other
+    # kind.
     rows = np.vstack((scaled, groups.T))
     for row in rows:
         row -= root * (np.bincount(order, root * row) / inside)[order]

@@ -50,7 +50,7 @@ class Comparison(WhitenedResult):
     friction : {"inside", "outside", "inside+load", "both", "both+load"}
         Form of the hysteresis, see `lostmotion.friction`.
     offset_rad : ndarray
-        One a run.
+        One per run.
     residual_rad, heldout_rad : ndarray
         Measured minus model of every sample, fitted and cross-validated.
     seen : ndarray of bool
@@ -279,7 +279,7 @@ def compare(
     seed : int
         Seed of the random signs of the permutation tests.
     progress : callable, optional
-        Called with steps done and steps in all.
+        Called with the number of steps done and their total.
 
     Returns
     -------
@@ -393,7 +393,8 @@ def _compare_few(
     measured = c.lost_motion - c.run_mean(c.lost_motion)[c.run_of]
     variance = float(np.sum(measured**2))
     rms = (rms_of(residual) * ARCSEC, rms_of(heldout) * ARCSEC)
-    # The residual is all that tells the error of a reading: values have used up a part of it.
+    # Only the residual shows the error of a reading, and the estimated values have absorbed a part
+    # of it.
     error = few.error_arcsec if few is not None else rms_of(residual)
     return Comparison(
         c.campaign,

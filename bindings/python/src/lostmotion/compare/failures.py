@@ -89,8 +89,8 @@ def where_it_fails(c: Conditions, residual: FloatArray, seed: int) -> list[Failu
             cells = np.minimum((turn / (2 * np.pi) * FINE_BINS).astype(np.intp), FINE_BINS - 1)
             judge(name, cells, blocks)
         elif np.var(c.run_mean(values)[c.run_of]) > 0.5 * np.var(values):
-            # It is at rest within a run, where an offset would swallow it: look for what grows
-            # with it in proportion, apart for each range of torque.
+            # It is constant within a run, so an offset would absorb it. Find the part proportional
+            # to it, separately for each range of torque.
             failures.append(
                 Failure(
                     name, *variance_explained(residual, coarse_torque, blocks, generator, values)

@@ -12,13 +12,15 @@ FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
 
 BLOCKS_LEAST = 6
-"""With fewer blocks nothing can be significant: the smallest p is 2 / 2^blocks."""
+"""Least number of blocks: with fewer, nothing can be significant, because the smallest p is 2 /
+2^blocks."""
 
 LOADED_SHARE = 0.1
-"""Above this share of the largest torque the drive counts as loaded."""
+"""Share of the largest torque above which the drive counts as loaded."""
 
 WIDTH_SHARE = 0.05
-"""The width at zero is read from samples within this share of a run's largest torque."""
+"""The width at zero torque is evaluated from samples within this share of a run's largest
+torque."""
 
 WIDTH_SAMPLES = 5
 """Least number of samples of a branch near zero for a width."""

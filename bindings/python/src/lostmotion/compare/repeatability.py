@@ -124,7 +124,7 @@ def _extremes(c: Conditions) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Range of each recorded quantity in each run, and the tolerance for a repeat."""
     names = [n for n in c.campaign.quantities() if n not in ("run", "time", "lost_motion")]
     values = [[run.columns[name] for name in names] for run in c.campaign.runs]
-    # A quantity that is not known in a run is the same wherever it is not known.
+    # Runs in which a quantity is unknown count as equal in this quantity.
     known = [[v[np.isfinite(v)] for v in run] for run in values]
     lows = np.array([[float(v.min()) if v.size else 0.0 for v in run] for run in known])
     highs = np.array([[float(v.max()) if v.size else 0.0 for v in run] for run in known])

@@ -28,7 +28,7 @@ def own_effect(bits: Bits, effect: Effect) -> Any:
     made.value_count = len(effect.values)
     made.memory_count = effect.memory
     made.covariates = sum(1 << bit for bit, need in enumerate(NEEDS) if need in effect.needs)
-    made.run = core(bits).lib.lm_effects[0].run  # any: the check needs one
+    made.run = core(bits).lib.lm_effects[0].run  # any function: the check requires one
     for i, value in enumerate(effect.values):
         made.bound[i][0], made.bound[i][1] = value.low, value.high
     return made

@@ -78,8 +78,8 @@ arm of 1 kg m^2; robot joints have 8 to 50 Hz.
 
 
 RESPONSE_PER_HZ = 2.5
-"""Response over the resonance, 1/s over Hz: 0.4 of the resonance's angular frequency. The response
-to a measured torque then falls off above a quarter of the resonance.
+"""Ratio of the response to the resonance, 1/s per Hz: 0.4 of the resonance's angular frequency. The
+response to a measured torque then falls off above a quarter of the resonance.
 """
 
 
@@ -376,7 +376,9 @@ def _torsion_curve(
 
 
 def _fitted_plays(drive: Drive, pattern: str) -> list[Play]:
-    """The operators of a fit by the pattern of their weights; without those of no weight."""
+    """The operators of a fit from the pattern of their weights; those with zero weight are left
+    out.
+    """
     radii = fit_values(drive, PLAY_RADIUS)
     weights = fit_values(drive, pattern)
     widening = fit_values(drive, PLAY_WIDENING)
@@ -387,7 +389,7 @@ def _fitted_plays(drive: Drive, pattern: str) -> list[Play]:
 
 
 def _fitted_envelope(drive: Drive) -> Envelope:
-    """What the operators of a fit follow."""
+    """Envelope of the operators of a fit."""
     values = (drive.fit or {}).get("values", {})
     if PLAY_ENVELOPE not in values:
         return Envelope()
@@ -395,7 +397,7 @@ def _fitted_envelope(drive: Drive) -> Envelope:
 
 
 def _fitted_validity(drive: Drive) -> Validity:
-    """Ranges of a fit."""
+    """Fitted ranges of the conditions."""
     ranges = (drive.fit or {}).get("ranges", {})
 
     def ends(key: str) -> Ends:
@@ -458,7 +460,7 @@ def _friction(
 
 
 def _flank_half_width(drive: Drive) -> float:
-    """Half width of the loop that flank friction makes, over the torque, rad/(N m)."""
+    """Half width of the loop due to flank friction, relative to the torque, rad/(N m)."""
     found = design_model(drive).torsion_curve(np.array([drive.rated_torque_Nm]))
     return float(found.friction_half_width_rad[0]) / drive.rated_torque_Nm
 
@@ -523,12 +525,12 @@ def _defaults(
     correction = given.get("correction", correction_rad)
     velocity = given.get("velocity", correction / CROSSING_S)
     resonance = given.get("resonance", RESONANCE_HZ)
-    # Without a torque, in the gap profile, there is no loop that a resonance could close.
+    # The gap profile has no torque input, so there is no loop that could oscillate at a resonance.
     response = min(RESPONSE_PER_HZ * resonance, fastest) if torque_Nm.size else fastest
     noise_Nm = given.get("torque_noise", 0.0)
     if noise_Nm > 0 and torque_Nm.size:
-        # White noise of the torque makes 64 response^2 slope noise of acceleration (compensator.h),
-        # of a limit that is 2 response velocity.
+        # White noise of the torque causes an acceleration of 64 response^2 slope noise
+        # (compensator.h); the limit of the acceleration is 2 response velocity.
         rise = np.ptp(np.interp([-3 * noise_Nm, 3 * noise_Nm], torque_Nm, angle_rad)) / 6
         response = min(response, NOISE_ACCELERATION_SHARE * velocity / (32 * float(rise)))
     response = given.get("response", response)
@@ -537,8 +539,8 @@ def _defaults(
     # With these the stages of the limiter do not narrow each other (compensator.c).
     acceleration = given.get("acceleration", 2.0 * response * velocity)
     jerk = given.get("jerk", 8.0 * response * acceleration)
-    # The noise floor may be above what the model leaves of runs left out: the rest is
-    # what the model lacks, no noise of the measurement.
+    # The noise floor may exceed the leave-one-run-out error: the difference is model error, not
+    # measurement noise.
     fit = drive.fit or {}
     floor_arcsec = float(fit.get("noise_floor_arcsec", 0.0))
     fitted = min(floor_arcsec, float(fit.get("heldout_rms_arcsec", floor_arcsec))) * ARCSEC

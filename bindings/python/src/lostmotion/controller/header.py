@@ -174,7 +174,7 @@ def _curve_text(controller: Controller) -> list[str]:
     """The three arrays; they have 17, 33 or 65 entries and repeat the last knot at the end."""
     c = core(32)
     made = build(controller, c)
-    curve = made.curve  # lives in `made`
+    curve = made.curve  # memory owned by `made`
     count = controller.torque_Nm.size
     text = [f"    {{{count},"]
     names = ("torque_Nm", "angle_rad", "slope_rad_per_Nm")
@@ -197,7 +197,7 @@ def _symbol(controller: Controller, name: str) -> str:
 
 
 def _declarations(controller: Controller) -> list[str]:
-    """The user's own effects, which are in files of the user's."""
+    """Declarations of the user's own effects, which are defined in the user's files."""
     if not controller.own:
         return []
     lines = [f"extern const lm_effect {_symbol(controller, name)};" for name in controller.own]

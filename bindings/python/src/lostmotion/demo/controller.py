@@ -51,7 +51,7 @@ LINK = (
 )  # fmt: skip
 
 SECONDS = 100.0
-"""Limit of a compilation and of a run under the emulator."""
+"""Time limit of a compilation and of a run in the emulator."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class Scores:
     bits : str
         CRC-32 of every bit that the controller computed.
     tapes : list of Tape
-        What it did.
+        Ticks of the replay.
     """
 
     labels: list[int | str]
@@ -183,7 +183,7 @@ def emulate(header: Path, log: Campaign, folder: Path) -> Emulated | str:
 
 
 def run(command: list[Any]) -> str | None:
-    """Run a program; what it printed, or None where it failed."""
+    """Run a program and return its output, or None if it failed."""
     try:
         done = subprocess.run(
             [str(word) for word in command],

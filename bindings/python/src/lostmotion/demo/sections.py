@@ -23,7 +23,7 @@ def overview_section(
     scores: Scores,
     designs: dict[str, SearchResult] | str,
 ) -> Section:
-    """Summarise the case study in a few numbers."""
+    """Summarise the case study in its main figures."""
     first, last = found.ladder[0], found.ladder[-1]
     worst = int(np.argmax(plain.after))
     ends = (scores.before[worst], plain.after[worst], scores.after[worst])

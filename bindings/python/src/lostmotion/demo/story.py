@@ -130,17 +130,17 @@ def demonstrate(
     Parameters
     ----------
     folder : path
-        Where the report, the exported parameters and a copy of the inputs go; made when it does
+        Target of the report, the exported parameters and a copy of the inputs; created if it does
         not exist.
     command : str
         The command line, for the report.
     progress : callable, optional
-        Called with steps done and steps in all.
+        Called with the number of steps done and their total.
 
     Raises
     ------
     InputError
-        When the folder cannot be made or written to.
+        If the folder cannot be created or written to.
     """
     folder = Path(folder)
     claim(folder, [*input_names(), *RESULTS])
@@ -181,7 +181,7 @@ def demonstrate(
         *others.sections,
     ]
     for section in sections:
-        # With Plotly in it the page would be larger than 8 MB; `compare --report` has the plots.
+        # Including Plotly would make the page larger than 8 MB; `compare --report` has the plots.
         section.blocks = [block for block in section.blocks if not isinstance(block, Plot)]
     report = folder / "report.html"
     write_report(report, TITLE, LEAD, sections, command)

@@ -1,4 +1,6 @@
-"""Which physical effect is missing: joint refits of baseline and candidates, judged run by run."""
+"""Diagnosis of missing effects: joint refits of baseline model and candidates, judged run by
+run.
+"""
 
 from lostmotion.discover.answer import Diagnosis
 from lostmotion.discover.diagnosis import diagnose

@@ -60,7 +60,7 @@ class Diagnosis(WhitenedResult):
     models: list[BaselineModel] = field(default_factory=list)
     """The baseline model and the model after each term, fitted for all runs together.
 
-    The ladder's.
+    The steps of the ladder.
     """
 
     def __repr__(self) -> str:
@@ -219,7 +219,7 @@ def list_candidates(
 ) -> list[dict[str, Any]]:
     """List every effect: strongest first, then those that are not testable.
 
-    The effects found have the values of the stepwise fit, as printed by `fit`.
+    The values of the effects found are those of the stepwise fit, as printed by `fit`.
     """
     out: list[dict[str, Any]] = []
     present = {term.effect.name: term for term in stepwise.model.terms}
@@ -246,7 +246,7 @@ def list_candidates(
     last = selection.steps[-1]
     judged = {r.name: (r, last) for r in last.results}
     for result in first.results:
-        # A rival of a chosen effect is judged where it competed.
+        # A rival of a chosen effect is judged in the round in which it competed.
         if result.name in rivals:
             judged[result.name] = (result, first)
     order = sorted(judged.values(), key=lambda pair: (-pair[0].gain, pair[0].name))

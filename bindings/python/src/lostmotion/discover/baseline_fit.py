@@ -24,10 +24,10 @@ class BaselineFit:
     Attributes
     ----------
     plain : BaselineModel
-        Before its form was chosen.
+        The model before its form was chosen.
     chosen : ChosenForm
     outliers : int
-        Single wild samples that were set to what their neighbours say.
+        Number of single outlying samples that were replaced by interpolation.
     """
 
     plain: BaselineModel

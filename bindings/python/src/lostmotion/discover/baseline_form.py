@@ -119,7 +119,7 @@ def choose_form(
     ratio : float
         Of the drive.
     form : str, optional
-        To be used, whatever the runs say.
+        Form to be used regardless of the runs.
     rows : ndarray of bool, optional
         Samples that were fitted, whole runs.
     rival : Tried, optional
@@ -140,14 +140,14 @@ def choose_form(
     for name in others:
         within = [found[one] for one in contained(name) if one in found and one != given]
         if len(PARTS[name] - PARTS[given]) > 1 and not any(better(one, plain) for one in within):
-            continue  # neither of what it adds helps
+            continue  # neither of the added parts helps
         fits[name] = in_form(base, name, rows, fits)
         found[name] = tried(fits[name], rows)
     confirmed = [name for name in others if name in found and better(found[name], plain)]
     if not confirmed:
         return ChosenForm(base, given, found)
     noise = 0.0
-    if rows is None:  # what runs that are only predicted hold must not steer the choice
+    if rows is None:  # runs that are only predicted must not influence the choice
         richest = found[max(found, key=FORMS.index)].base
         columns, _ = make_candidates(richest, effects, ratio, shapes.waves(richest))
         noise = noise_rms(estimate_noise(richest, [c.columns for c in columns]), richest) ** 2
@@ -216,7 +216,8 @@ def form_beside(
 
 
 def better_than_forms(with_effect: BaselineModel) -> bool:
-    """Whether the last effect of a model predicts runs left out better than any form does.
+    """Whether the last effect of a model predicts left-out runs better than any form of the
+    hysteresis.
 
     The forms are those of the hysteresis of the same model without the effect.
     """

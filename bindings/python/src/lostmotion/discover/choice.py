@@ -59,7 +59,7 @@ def choose(
             sharper.size = shape.size
             contenders.append(sharper)
             shape = max(shape, sharper, key=lambda c: c.gain)
-        # What single runs have of their own can be spelled out by a shape that no other confirms.
+        # A shape can imitate the deviations of single runs; then the other runs do not confirm it.
         unsure = shape.result.p * paid[shape.candidate.kind] > rules.P_SURE
         if unsure and model.fall_of_left_out(shape) < 0:
             shape = None
@@ -182,7 +182,7 @@ def of_use(
 
 
 def simplest(contenders: list[Contender]) -> Contender | None:
-    """Find the one with the largest gain, or one with fewer values that is nearly as good."""
+    """Find the candidate with the largest gain, or one with fewer values that is nearly as good."""
     best = max(contenders, key=lambda c: c.gain, default=None)
     if best is None:
         return None

@@ -88,7 +88,7 @@ def gather_body(diagnosis: Diagnosis, effects: Mapping[str, Effect], ratio: floa
     c = base.conditions
     at, (point, _, _) = base.at(), base.vector()
     names = [term.effect.name for term in base.terms]
-    # Teeth that slipped belong to one campaign: they are removed from it and told as its events.
+    # Slipped teeth belong to one campaign: they are removed from it and reported as its events.
     present = [term.effect.name for term in base.terms if term.free]
     candidates, closed = common_candidates(
         base, {name: effect for name, effect in effects.items() if name not in names}, ratio

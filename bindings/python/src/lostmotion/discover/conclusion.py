@@ -14,7 +14,8 @@ from lostmotion.discover.gates import family_p
 from lostmotion.discover.outlier_runs import OutlierRuns
 
 HYSTERESIS_FORM = "hysteresis form"
-"""Shape of what depends on the torque and its history in another way than the baseline model's."""
+"""Shape of a part that depends on the torque and its history in another way than the baseline
+model."""
 
 INCONCLUSIVE = "inconclusive"
 """Verdict if there are too few data for any other."""
@@ -69,7 +70,7 @@ class Conclusion:
             self.unnamed += size**2
 
     def add_form_error(self, size: float, p: float) -> None:
-        """Say that the hysteresis has another form: what it does is so many arc seconds rms."""
+        """Report that the hysteresis has another form, and its effect in arc seconds rms."""
         self.verdict = "unexplained"
         self.depends_on.append(
             {"covariate": "torque", "shape": HYSTERESIS_FORM, "p": p, "rms_arcsec": size}
@@ -97,7 +98,8 @@ def conclude_rounds(
     ----------
     steps : sequence of Step
     taken : int
-        Number of rounds that changed the model; what a further round found is left over.
+        Number of rounds that changed the model; the result of a further round is the unexplained
+        part.
     runs : int
     present, names : sequence of str
         Effects in the model, and those of them that the drive file does not have.

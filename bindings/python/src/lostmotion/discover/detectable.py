@@ -44,7 +44,7 @@ def detectable(contest_round: ContestRound, within: float) -> tuple[dict[str, An
     out: dict[str, Any] = {}
     unreachable: dict[str, str] = {}
     contest = contest_round.contest
-    # As in a diagnosis, also where none is held.
+    # The number of tests is that of a diagnosis.
     count = len(KINDS) * count_tests(contest_round)["effect"]
     for name, candidate in contest_round.candidates.items():
         if not candidate.named or candidate.effect is None:
@@ -78,7 +78,7 @@ def detectable(contest_round: ContestRound, within: float) -> tuple[dict[str, An
         value = candidate.effect.values[places[0]]
         size = amplitude / float(np.mean(scale))
         parameter, unit = split_unit(value.name)
-        if not candidate.effect.free():  # what slips by a tooth has the size of a tooth
+        if not candidate.effect.free():  # a slip has the size of a tooth
             parameter, unit = "teeth", None
         symbol = unit.symbol if unit is not None else "-"
         if symbol.startswith("rad"):
@@ -93,7 +93,7 @@ def detectable(contest_round: ContestRound, within: float) -> tuple[dict[str, An
 
 
 def noncentrality(rank: int, freedom: int, alpha: float) -> float | None:
-    """Noncentrality at which the F test at level alpha has the wanted power.
+    """Noncentrality at which the F test at level alpha has the required power.
 
     None if no size reaches it: without a degree of freedom there is no test, and with only one a
     small alpha requires more than `NONCENTRALITY_MAX`.
@@ -109,7 +109,7 @@ def noncentrality(rank: int, freedom: int, alpha: float) -> float | None:
     low, high = math.log(NONCENTRALITY_MIN), math.log(10.0 * NONCENTRALITY_MIN)
     if lacking(low) >= 0:
         return NONCENTRALITY_MIN
-    while not lacking(high) >= 0:  # also where the distribution function gives no number
+    while not lacking(high) >= 0:  # also if the distribution function returns NaN
         high += 1.0
         if high > math.log(NONCENTRALITY_MAX):
             return None

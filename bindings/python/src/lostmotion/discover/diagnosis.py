@@ -276,7 +276,7 @@ def conclude(
     final = selection.settled[-1]
     base = final.base
     c = base.conditions
-    # What the drive file brought along is not missing.
+    # Effects of the drive file are not missing.
     present = [term.effect.name for term in base.terms]
     given = len(selection.settled[0].base.terms) - slipped
     names = present[given:]
@@ -285,8 +285,8 @@ def conclude(
     found = conclude_rounds(
         steps, len(selection.settled) - 1, c.runs, present, names, nameless, within
     )
-    # Beside an effect that was found, or one that differs between runs, it may be what the form
-    # of that does not meet.
+    # With an effect found, or one that differs between runs, outlier runs may be due to the inexact
+    # form of that effect.
     if found.verdict == "complete" and not any(t.effect.needs & RUN_NEEDS for t in base.terms):
         outliers = find_outlier_runs(final.contest, swing_by_run(base, base.at()))
         if outliers is not None:

@@ -126,7 +126,8 @@ def scores(
     """Score and size of a step at every sample together with whitened columns, and the residual."""
     phi, sigma = noise.phi[run], noise.sigma[run]
     n = y.size
-    # A step that starts at row k is (1 - phi_1 - ... - phi_j) at row k + j after whitening.
+    # After whitening, a step that starts at row k has the value (1 - phi_1 - ... - phi_j) at row k
+    # + j.
     response_of = np.ones(phi.size + 1)
     response_of[1:] = 1.0 - np.cumsum(phi)
     response_of /= sigma
@@ -151,7 +152,7 @@ def scores(
     for j in range(phi.size):
         own[: n - j] += response_of[j] ** 2 - tail**2
     own = own - np.einsum("ij,ij->i", cross, np.linalg.solve(gram, cross.T).T)
-    # Where the run's own curve leaves next to nothing of a step, one wild sample would make it.
+    # If the curve of the run absorbs almost all of a step, a single outlier could cause it.
     good = own > max(1e-3 * float(own.max()), EDGE * tail**2, 1e-300)
     good[:EDGE] = good[-EDGE:] = False
     z = np.where(good, first / np.sqrt(np.where(good, own, 1.0)), 0.0)
@@ -162,7 +163,7 @@ def find_events(base: BaselineModel, noise: Noise, within_arcsec: float) -> list
     """Find steps that are significant against the noise and the other runs."""
     found: list[Event] = []
     fixed, _, scatter, _ = columns_of(base, base.at(), form=False)
-    # Each run has its own stiffness, friction, gap and offset here, and its own curve.
+    # Here each run has its own stiffness, friction, gap, offset and curve.
     keep = np.einsum("ij,ij->j", fixed, fixed) > 0
     columns = side_by_side(fixed[:, keep], scatter[:, :3])
     response = base.residual() - form_part(base, contest_at(base, noise))
@@ -211,7 +212,7 @@ def lost_counts(base: BaselineModel, ratio: float) -> list[Event]:
             > rules.EVENT_SCORE_LEAST * spread_of(turned) + rules.LOST_COUNTS_LEAST * noise
         ):
             size = -float(turned[k])
-            # Neither the next steps nor those before undo it: a wild reading leaves and returns.
+            # The adjacent steps do not reverse it, whereas an outlier leaves and returns.
             stays = all(
                 abs(float(turned[near].sum()) + size) <= rules.EVENT_SEEN_SHARE * abs(size)
                 for near in (slice(k, k + EDGE), slice(max(k + 1 - EDGE, 0), k + 1))

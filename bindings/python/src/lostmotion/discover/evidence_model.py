@@ -29,7 +29,7 @@ FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
 
 SIZE_RIDGE = 1e-9
-"""Relative ridge of the columns of a model, when others are projected off them."""
+"""Relative ridge of the columns of a model when it is projected out of other columns."""
 
 
 @dataclass
@@ -88,7 +88,7 @@ class EvidenceModel(GrowingModel):
     taken : list of Contender
         Candidates added to the model and kept, in order.
     trail : list of list of Contender
-        The same at the start and after each round.
+        The candidates in the model at the start and after each round.
     """
 
     def __init__(self, body: Body, effects: Mapping[str, Effect]) -> None:

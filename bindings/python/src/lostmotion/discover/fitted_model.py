@@ -75,7 +75,7 @@ class FittedModel(WhitenedResult):
     base : BaselineModel
         Without deviations of single runs.
     ladder : list of dict
-        One rung for the baseline model and one for each effect.
+        One entry (rung) for the baseline model and one for each effect.
     table : EstimatedValues
         Values in the units of the drive file, with their covariance.
     tested : dict
@@ -180,7 +180,7 @@ class FittedModel(WhitenedResult):
         """Tables of the drive file with the fit in it."""
         document = copy.deepcopy(drive.document)
         last = self.ladder[-1]
-        # What was chosen and not estimated, as the knots, has no error.
+        # Values that were chosen and not estimated, such as the knots, have no error.
         estimated = [i for i, error in enumerate(self.standard_errors) if error > 0]
         document["fit"] = {
             "data_fingerprint": self.base.conditions.campaign.fingerprint(),

@@ -1,4 +1,4 @@
-"""How large the error of the form of the baseline model is: its variance, and its size."""
+"""The form error of the baseline model: its variance and its size."""
 
 from __future__ import annotations
 
@@ -24,21 +24,23 @@ from lostmotion.fit.form_error import FormError
 FloatArray = npt.NDArray[np.float64]
 
 SD_TRIALS = np.geomspace(0.1, 100.0, 7)
-"""Standard deviations that are tried, over the noise within runs; between them a parabola tells."""
+"""Standard deviations that are tried, relative to the noise within runs; a parabola interpolates
+between them."""
 
 RANK_MOST = 64
-"""Directions of the form's error that are kept, at most: they cost time with every candidate."""
+"""Largest number of directions of the form error that are kept: each costs time with every
+candidate."""
 
 
 def with_form(base: BaselineModel, candidates: Sequence[Candidate]) -> list[FloatArray]:
-    """Columns of all candidates and of the error of the form: the largest model."""
+    """Columns of all candidates and of the form error: the largest model."""
     return [*(candidate.columns for candidate in candidates), base.form_basis.columns]
 
 
 def with_form_error(
     base: BaselineModel, noise: Noise, candidates: Sequence[Candidate]
 ) -> BaselineModel:
-    """Copy a baseline model with the error of its form, estimated beside the named candidates."""
+    """Copy a baseline model with its form error, estimated together with the named candidates."""
     other = base.copy()
     named = [candidate.columns for candidate in candidates if candidate.named]
     other.form_error = estimate_form_error(base, noise, named)
@@ -48,10 +50,10 @@ def with_form_error(
 def estimate_form_error(
     base: BaselineModel, noise: Noise, effects: Sequence[FloatArray]
 ) -> FormError | None:
-    """Error of the form: standard deviation of its coefficients by REML, and where it is.
+    """Form error: standard deviation of its coefficients by REML, and its directions.
 
-    As the noise, it is told beside the largest model: what a named effect explains is not the
-    form's. Of all directions those are kept for which the recordings speak.
+    Like the noise, it is estimated together with the largest model, so that it does not include
+    what a named effect explains. Only directions that the recordings support are kept.
 
     Parameters
     ----------
@@ -63,7 +65,7 @@ def estimate_form_error(
     Returns
     -------
     FormError or None
-        None where the recordings do not speak for one by `rules.GAIN_LEAST`.
+        None if the gain is below `rules.GAIN_LEAST`.
     """
     basis = base.form_basis.columns
     fixed, precision, scatter, response = columns_of(base, base.at(), form=False)
@@ -95,7 +97,7 @@ def estimate_form_error(
     if 0 < least < len(trials) - 1:
         log_sd += lowest_of_parabola(values[least - 1 : least + 2]) * float(trials[1] - trials[0])
     sd = float(np.exp(log_sd))
-    # What an effect explains may be the form's all the same: it is judged beside all of that.
+    # An effect may explain what is really form error, so the directions are found without effects.
     alone = np.r_[: fixed.shape[1], columns.shape[1] - basis.shape[1] : columns.shape[1]]
     evidence = known(log_sd)
     evidence = replace(evidence, fixed=evidence.fixed[alone], precision=evidence.precision[alone])
@@ -105,7 +107,7 @@ def estimate_form_error(
 
 
 def lowest_of_parabola(values: Sequence[float]) -> float:
-    """Place of the lowest point of a parabola through three values, in steps from the middle."""
+    """Position of the minimum of a parabola through three values, in steps from the middle."""
     low, middle, high = values
     return 0.5 * (low - high) / max(low - 2.0 * middle + high, 1e-300)
 
@@ -113,7 +115,7 @@ def lowest_of_parabola(values: Sequence[float]) -> float:
 def form_directions(
     evidence: Evidence, omega: FloatArray, scale: FloatArray, sd: float
 ) -> FloatArray:
-    """Directions of the form's error for each of which the recordings speak, strongest first."""
+    """Directions of the form error that the recordings support, strongest first."""
     index = evidence.index()
     total = reduce(evidence, index, omega).matrix.sum(axis=0)
     first = index.size - 1 - scale.size
@@ -132,10 +134,10 @@ def form_directions(
 def form_error_told(
     settled: Settled, within: float, kept: Mapping[str, float], largest: float
 ) -> float:
-    """Size of the form's error, arc seconds, where it counts; nothing where it does not.
+    """Size of the form error, arc seconds, if it counts; otherwise None.
 
-    Beside effects that were `kept`, of which the largest has a size, it counts as any shape does:
-    it may be what the form of those does not meet.
+    If effects were `kept`, it counts under the same condition as any shape, because it may be due
+    to their inexact form.
     """
     base = settled.base
     if base.form_error is None:
@@ -146,7 +148,7 @@ def form_error_told(
 
 
 def form_error_size(settled: Settled) -> float:
-    """Root mean square, arc seconds, of the form's error beside all that the model can do."""
+    """Root mean square, arc seconds, of the form error that the rest of the model cannot absorb."""
     base = settled.base
     if base.form_error is None:
         return 0.0

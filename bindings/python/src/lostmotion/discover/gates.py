@@ -27,7 +27,7 @@ def judge_all(contest_round: ContestRound) -> list[Result]:
         numbers = sorted(set(candidate.start_of))
         alone = [] if result is None else [result]
         if len(numbers) > 1 and result is not None:
-            # All starts together have more directions than few runs can carry.
+            # All starts together have more directions than a few runs can determine.
             every = (judge(contest_round, f"{name}#{n}") for n in numbers)
             alone = [one for one in every if one is not None]
             strongest = max([result, *alone], key=lambda one: one.gain)
@@ -37,7 +37,7 @@ def judge_all(contest_round: ContestRound) -> list[Result]:
         if candidate.effect is not None and not (
             alone and possible(contest_round, candidate.effect, alone)
         ):
-            result = None  # at work it has one start
+            result = None  # in use it has one start
         if result is None:
             if candidate.named:
                 contest_round.closed[name] = (

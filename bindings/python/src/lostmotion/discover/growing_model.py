@@ -30,7 +30,7 @@ class Lead:
     size: float | None
     """Arc seconds; None if the tangent gives no estimate and a refit is needed."""
     absorbed: bool = False
-    """Whether it may be larger than it looks (`rules.TAKEN_UP`)."""
+    """Whether it may be larger than its tangent indicates (`rules.TAKEN_UP`)."""
 
     @property
     def name(self) -> str:
@@ -116,7 +116,7 @@ class GrowingModel(ABC):
     ) -> list[str]:
         """Names of rivals that could replace the selected candidate."""
 
-    # --- what only refits can do -----------------------------------------------------------------
+    # --- only with refits ------------------------------------------------------------------------
 
     def more_starts(self, leads: list[Lead], count: int) -> list[Lead]:
         """Add leads from a model in which all runs are equal, corrected for `count` tests."""

@@ -35,7 +35,7 @@ class Rung:
     ----------
     model : BaselineModel
     rms_arcsec : float
-        Of the fit to all runs.
+        Error of the fit to all runs.
     left_out : ndarray
         Residual of every sample for a fit to the other runs.
     by_setting : dict

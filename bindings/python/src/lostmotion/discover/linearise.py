@@ -25,9 +25,8 @@ from lostmotion.fit.point import Point
 FloatArray = npt.NDArray[np.float64]
 
 COMMON = 2
-"""Columns beside those of the baseline model.
-
-What the half widths and the offsets of all runs share.
+"""Columns in addition to those of the baseline model: the part of half widths and offsets that is
+common to all runs.
 """
 
 WIDEN_MAX = 0.3
@@ -72,8 +71,8 @@ def columns_of(
 
     The deviations of the runs are added back to the residual, so that the scattering columns
     explain them again. Scatter is relative to a mean: for stiffness and gap it is in the torsion
-    curve, for the half widths and the offset it comes after the fixed columns. The error of the
-    form comes last (`BaselineModel.form_error`), with the precision that its variance gives.
+    curve, for the half widths and the offset it comes after the fixed columns. The form error comes
+    last (`BaselineModel.form_error`), with the precision from its variance.
     """
     fixed = base.fixed_columns(point)
     precision = np.append(base.precision(), np.zeros(COMMON))
@@ -83,7 +82,7 @@ def columns_of(
         fixed = side_by_side(fixed, base.form_error.columns)
         precision = np.append(precision, base.form_error.precision)
     response = base.measured - point.angle
-    # Encoder zeros may be far apart; what is common to all is taken off for the digits.
+    # Encoder zeros may be large; the common part is subtracted to keep digits.
     response = response - float(np.mean(response))
     run_of = base.conditions.run_of
     for k in range(len(DEVIATIONS)):
@@ -172,7 +171,7 @@ def plain_rms(base: BaselineModel) -> float:
 def contest_at(base: BaselineModel, noise: Noise, near: Contest | None = None) -> Contest:
     """Collect the evidence of the baseline model alone, linearised at its present point.
 
-    The search for its variances starts from those of a contest that is `near`.
+    The search for its variances starts from those of the contest `near`.
     """
     fixed, precision, scatter, response = columns_of(base, base.at())
     evidence = gather(fixed, precision, scatter, (), response, noise, base.conditions.starts)
@@ -182,7 +181,7 @@ def contest_at(base: BaselineModel, noise: Noise, near: Contest | None = None) -
 
 
 def form_part(base: BaselineModel, contest: Contest) -> FloatArray:
-    """What the form of a model does not follow, arc seconds a row, as its evidence tells it."""
+    """Form error of a model in each row, arc seconds, as estimated from its evidence."""
     if base.form_error is None:
         return np.zeros(base.conditions.rows)
     columns, e = base.form_error.columns, contest.evidence

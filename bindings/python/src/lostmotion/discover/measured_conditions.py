@@ -19,7 +19,7 @@ FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
 
 LEVEL_APART = 0.1
-"""Settings of a condition are apart by this share of its range (chosen: a tenth)."""
+"""Least distance between settings of a condition, as a share of its range (chosen: a tenth)."""
 
 LEVELS_MOST = 5
 """With more settings the runs are divided into three groups of similar size instead (chosen: each
@@ -27,10 +27,11 @@ group costs a fit and must be large enough for a real prediction).
 """
 
 STANDS_RAD = np.pi / 4
-"""A run that turns by less is at one position (chosen: an eighth of a turn)."""
+"""A run whose output turns by less is at one position (chosen: an eighth of a turn)."""
 
 ONE_SIDED = 0.1
-"""A run loads one direction alone where the other reaches this share of its amplitude (chosen)."""
+"""A run has load in one direction only if the other direction reaches at most this share of its
+amplitude (chosen)."""
 
 
 @dataclass(frozen=True)

@@ -108,7 +108,7 @@ def squares_by_run(body: Body) -> np.ndarray[Any, np.dtype[np.float64]]:
 
 
 def size_of_outlier_runs_in_evidence(body: Body, outliers: OutlierRuns) -> float:
-    """Root mean square over all samples, arc seconds, of what outlier runs do."""
+    """Root mean square over all samples, arc seconds, of the deviations of outlier runs."""
     squares = squares_by_run(body)[outliers.runs, outliers.place, outliers.place]
     return float(np.sqrt(squares @ np.square(outliers.deviations) / body.rows.sum()))
 

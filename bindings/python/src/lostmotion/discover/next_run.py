@@ -47,7 +47,7 @@ def next_runs(
     base = before.with_planned(Conditions(Campaign(runs)))
     base.terms, base.additives = [], []
     noise = selection.settled[0].noise
-    # An option is sampled as the recordings usually were.
+    # An option has the usual sampling rate of the recordings.
     usual = int(np.argsort(noise.sigma)[noise.sigma.size // 2])
     extended = Noise(
         [*noise.phi, *([noise.phi[usual]] * len(options.runs))],
@@ -74,7 +74,7 @@ def next_runs(
     for i, (a, b) in enumerate(pairs):
         both = discrimination(contest, a, b, known) + discrimination(contest, b, a, known)
         apart[i] = 0.5 * both
-    # A run is worth what it says of the pair that it separates least; then, what of all.
+    # Runs are ranked by the evidence on the pair that they separate least, then on all pairs.
     scores = apart.min(axis=0)
     minutes = np.array([max(np.ptp(run.time_s) / 60.0, 1e-3) for run in options.runs])
     order = np.lexsort((-apart.sum(axis=0), -scores))

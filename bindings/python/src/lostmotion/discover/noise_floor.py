@@ -51,7 +51,7 @@ def noise_floor(settled: Settled, within: float) -> float:
 
 
 def floor_of(contest: Contest, squares: FloatArray, rows: float, within: float) -> float:
-    """The same from squares and products ``[run, part, part]`` of what scatters."""
+    """The same from the squares and products ``[run, part, part]`` of the scattering parts."""
     known = len(DEVIATIONS)
     moments = second_moments(contest)[:, :known, :known]
     total = float(np.sum(moments * squares))

@@ -80,7 +80,7 @@ def find_outlier_runs(contest: Contest, load: FloatArray) -> OutlierRuns | None:
     best: OutlierRuns | None = None
     for place, part in enumerate(DEVIATIONS):
         there = np.flatnonzero(share[:, place] >= rules.OUTLIER_RUNS_TOLD_LEAST)
-        # What is predicted from little shrinks to nothing: it spreads less than what it predicts.
+        # Predictions from little data shrink towards zero: their spread is below the true one.
         spread = np.sqrt(omega[place] * share[there, place])
         outliers, p = apart(own[there, place] / spread, rules.OUTLIER_RUNS_LEVEL / len(DEVIATIONS))
         p = min(1.0, p * len(DEVIATIONS))
@@ -104,8 +104,8 @@ def leaning(values: FloatArray, outliers: Sequence[int]) -> Mask:
 def parted_by(load: FloatArray, outliers: Sequence[int], leans: Mask) -> bool:
     """Whether the outlier runs are exactly those of one load.
 
-    No other run is between them; or no other load is near, and all runs of that load deviate to the
-    same side.
+    No other run is between them; or no other load is near, and all runs of that load deviate in the
+    same direction.
     """
     own, others = load[list(outliers)], np.delete(load, list(outliers))
     between = (others >= own.min()) & (others <= own.max())

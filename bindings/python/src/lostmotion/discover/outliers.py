@@ -11,7 +11,8 @@ from lostmotion.fit.baseline import BaselineModel
 FloatArray = npt.NDArray[np.float64]
 
 JUMP = 6.0
-"""Change of the torque from sample to sample, over the median of the run, that is a jump."""
+"""Change of the torque from sample to sample, relative to the median of the run, that counts as a
+jump."""
 
 JUMP_REACH = 2
 """Samples on either side of a jump that belong to it."""
@@ -32,19 +33,19 @@ def clean_outliers(base: BaselineModel) -> int:
         for row, shift in enumerate((-2, -1, 1, 2)):
             neighbours[row] = np.roll(x, shift)
         off = x - np.median(neighbours, axis=0)
-        # The ends of a run have their neighbours on one side.
+        # At the ends of a run, all neighbours are on one side.
         for i in (0, 1, -2, -1):
             five = x[:5] if i >= 0 else x[-5:]
             off[i] = x[i] - np.median(np.delete(five, i))
         scale = 1.4826 * float(np.median(np.abs(off))) + 1e-12
         found[at] = (np.abs(off) > rules.OUTLIER * scale) & ~jumping(base.conditions.torque[at])
-    # Where many lie side by side it is no outlier but a structure.
+    # Many adjacent ones are not outliers but a feature of the signal.
     crowd = np.convolve(found, np.ones(7))[3:-3]
     found &= crowd <= 3
     counts = np.array([np.count_nonzero(found[at]) for at in base.conditions.slices()])
     rows = np.diff(base.conditions.starts)
     for r, at in enumerate(base.conditions.slices()):
-        # Glitches fall anywhere. Where one run has many more it is something that the model lacks.
+        # Outliers occur in any run. Many more in one run are an effect that the model lacks.
         usual = float(np.median(np.delete(counts / rows, r))) if counts.size > 1 else 0.0
         expected = usual * float(rows[r])
         if counts[r] > rules.OUTLIERS_ALONE + expected + 3.0 * np.sqrt(expected):

@@ -129,7 +129,7 @@ class RecordedModel(GrowingModel):
         return make_candidates(base, self.effects, self.ratio, self.waves)
 
     def compete(self) -> tuple[RecordedRound, list[Result]]:
-        """See `GrowingModel`; the noise is estimated again, and the model linearised for it."""
+        """See `GrowingModel`; the noise is estimated again, and the model is linearised for it."""
         base = self.now.base
         candidates, closed = self.candidates(base)
         self.fitted = {}
@@ -146,7 +146,7 @@ class RecordedModel(GrowingModel):
                 settled = settle(base, self.noise)
         self.within = noise_rms(self.noise, base)
         self.settled[-1] = settled
-        # The residual of an effect is often another in quick runs, and is no second cause.
+        # The residual of an effect often differs in fast runs; this is not a second cause.
         own = [] if base.has_effects else between_runs(settled.base, settled.contest)
         current = make_round(settled, [*candidates, *own], closed)
         return current, judge_all(current)
@@ -181,9 +181,8 @@ class RecordedModel(GrowingModel):
         return None if found is None else self.beside_form_error(found)
 
     def beside_form_error(self, found: Contender) -> Contender | None:
-        """Estimate the form's error beside an effect that was fitted without it.
-
-        None if much of it is left, or if another form of the hysteresis predicts as well.
+        """Estimate the form error with an effect that was fitted without it. None if a large form
+        error remains, or if another form of the hysteresis predicts as well.
         """
         base, noise = model_of(found), self.noise
         settled = settle(with_form_error(base, noise, self.candidates(base)[0]), noise)
@@ -262,10 +261,9 @@ class RecordedModel(GrowingModel):
         return leads + [Lead(alike, result, None) for result in strong]
 
     def in_place_of_form(self, leads: list[Lead], count: int) -> list[Lead]:
-        """Add effects that depend on the load alone, judged without an error of the form.
-
-        Beside it they explain next to nothing, whatever they are: one of them is found where it
-        leaves no such error that counts.
+        """Add effects that depend only on the load, judged without a form error. Together with a
+        form error such effects explain almost nothing. One of them is found if no form error that
+        counts remains with it.
         """
         if self.now.base.form_error is None:
             return leads

@@ -18,10 +18,12 @@ from lostmotion.recordings import Campaign, say_findings
 FloatArray = npt.NDArray[np.float64]
 
 ELSEWHERE = 0.05
-"""A run begins elsewhere when its torque is this share of the largest from where the last ended."""
+"""Distance between the torque at the start of a run and at the end of the last one, as a share of
+the largest torque, above which a load change between them is assumed."""
 
 ALIASED = 0.9
-"""Rank correlation of two columns' means over the runs from which they count as confounded."""
+"""Least rank correlation of the means of two columns over the runs at which they count as
+confounded."""
 
 
 def begin_elsewhere(campaign: Campaign) -> list[int | str]:
@@ -62,7 +64,7 @@ def check(campaign: Campaign, effects: Mapping[str, Effect]) -> dict[str, Any]:
     if conditions.runs >= 3:
         for a, b in combinations(means, 2):
             if {a, b} == {"input_angle_rad", "output_angle_rad"}:
-                continue  # the gear binds them
+                continue  # coupled by the gear
             if np.ptp(means[a]) == 0 or np.ptp(means[b]) == 0:
                 continue
             close = rank_correlation(means[a], means[b])

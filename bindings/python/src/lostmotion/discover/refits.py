@@ -27,8 +27,8 @@ REFIT_STEPS = 12
 """Evaluations of a joint refit."""
 
 FIT_NATS = 0.1
-"""Fall of half the sum of squares over the noise below which a fit ends: a twentieth of the
-least gain that counts (`rules.GAIN_LEAST`)."""
+"""Decrease of half the sum of squares, relative to the noise variance, below which a fit ends: a
+twentieth of the least gain that counts (`rules.GAIN_LEAST`)."""
 
 APART_STEPS, APART_TOLERANCE = 20, 1e-7
 """A fit without deviations must converge; otherwise its error is attributed to deviations."""
@@ -234,7 +234,7 @@ def without_deviations(base: BaselineModel, before: BaselineModel | None = None)
     if before is None or plain_rms(plain) <= plain_rms(before) or not grown_from(base, before):
         return plain
     found = [plain]
-    for share in (1.0, 0.0):  # what is added as it was found, and from nothing
+    for share in (1.0, 0.0):  # the added terms from the values found, and from zero
         again = before.copy()
         added = base.copy()
         again.terms += added.terms[len(before.terms) :]

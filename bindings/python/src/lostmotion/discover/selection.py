@@ -19,7 +19,7 @@ def select(model: GrowingModel, say: Callable[[str], None] = lambda _: None) -> 
     model : GrowingModel
         Model to which the selected candidates are added.
     say : callable
-        Called with the name of each piece of work when it is done.
+        Called with the name of each step when it is done.
 
     Returns
     -------

@@ -30,7 +30,7 @@ class LeastSizes:
     kept: Mapping[str, float]
 
     def meets(self, contest_round: ContestRound, result: Result, size: float) -> bool:
-        """Whether a size counts beside the effects in the model."""
+        """Whether a size counts in addition to the effects in the model."""
         least = max(self.effect, least_beside(contest_round, result, self.kept))
         return large_enough(contest_round, result, size, least)
 

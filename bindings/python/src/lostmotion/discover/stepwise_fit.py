@@ -36,7 +36,7 @@ STEPS = 12
 """Evaluations of a fit before the runs have their own deviations."""
 
 CORRELATED = 0.99
-"""Values whose estimates are correlated beyond this cannot be separated by the recordings."""
+"""Correlation of two estimates above which the recordings do not separate the values."""
 
 
 @dataclass
@@ -134,7 +134,7 @@ def fit_stepwise(
         Fitted, in the form that was chosen.
     add : sequence of Effect
     effects : mapping
-        Effects that may be missing: what none of them explains is noise.
+        Effects that may be missing: the part that none of them explains is noise.
     ratio : float
         Of the drive.
     known : Settled, optional

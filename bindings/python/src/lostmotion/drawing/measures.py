@@ -111,7 +111,7 @@ def drawing_table(model: DesignModel) -> list[Row]:
     drive = model.drive
     teeth = drive.teeth
     gears = gear_profiles(model)
-    # both measures are of involutes
+    # both measures require involutes
     involutes = make_mesh(model).mesh.flank.kind == model.core.lib.LM_FLANK_INVOLUTE
     spans = [span_measure(model, gear) if involutes else None for gear in gears]
     pins = [pin_measure(model, gear) if involutes else None for gear in gears]

@@ -104,9 +104,9 @@ def _profile(mesh: Mesh, name: str, teeth: int, internal: bool, rounding: float)
     bottom = np.array([_at(root, a) for a in np.linspace(end, middle, ARC_POINTS)])
     top_middle = math.pi / teeth if internal else 0.0
     top = np.array([_at(tip, a) for a in np.linspace(half(tip), top_middle, ARC_POINTS)])
-    # from the root's middle to the tip's, then in order of growing angle
+    # from the middle of the root to that of the tip, then in order of growing angle
     line = np.concatenate((bottom[:0:-1], arc[:0:-1], flank[:-1], top))
-    apart = np.hypot(*np.diff(line, axis=0).T) > COINCIDENT_MM  # a full fillet leaves no root
+    apart = np.hypot(*np.diff(line, axis=0).T) > COINCIDENT_MM  # a full fillet: no root arc
     line = line[np.concatenate(([True], apart))]
     return GearProfile(
         name, internal, teeth, root, tip, fillet, form, line if internal else line[::-1]

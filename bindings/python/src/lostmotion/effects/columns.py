@@ -11,7 +11,7 @@ from lostmotion.effects.effect import Effect
 from lostmotion.units import split_unit
 
 NO_COLUMN = "not testable with these columns: no "
-"""Start of the reason why an effect without its columns is not testable."""
+"""Beginning of the reason why an effect without its columns is not testable."""
 
 
 RECORDED_AS = {

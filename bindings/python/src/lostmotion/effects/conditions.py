@@ -14,15 +14,15 @@ from lostmotion.units import ARCSEC
 FloatArray = npt.NDArray[np.float64]
 
 RATE_WINDOW = 7
-"""Samples for the slope of a straight line that gives a rate: encoders and clocks have steps."""
+"""Number of samples of the straight line whose slope is a rate: encoders and clocks have steps."""
 
 QUIET_WINDOW = 3
-"""Samples for the acceleration of an output without lost motion: its noise is that of the input
-encoder divided by the ratio, and starts are short.
+"""Number of samples for the acceleration of an output without lost motion: its noise is that of the
+input encoder divided by the ratio, and starts of motion are short.
 """
 
 SAME_ANGLE = 1e-9
-"""Relative difference of two angles that is rounding, far below any encoder resolution."""
+"""Relative difference of two angles that counts as rounding, far below any encoder resolution."""
 
 MEASURED = {q.column: q.name for q in QUANTITIES.values() if q.column in NEEDS}
 """Conditions that are columns of a recording; the others are rates of these, or times."""

@@ -45,7 +45,7 @@ RECORDED_ONLY = ("time_s", "run_number")
 """Conditions of a recording that no controller knows: the time of a sample, the number of a run."""
 
 STARTS_MAX = int(core(64).lib.LM_STARTS_MAX)
-"""Start values of one value, at most."""
+"""Largest number of start values of one value."""
 
 
 @dataclass(frozen=True)
@@ -223,13 +223,13 @@ class Effect:
                 whole["input_angle_rad"] = wrapped
             whole["torque_Nm"], whole["elastic_rad"] = torque_Nm, elastic_rad
             whole["wound_Nm"] = torque_Nm if wound_Nm is None else wound_Nm
-            # A memory that continues makes one recording of all runs.
+            # With a memory that continues, all runs form one recording.
             starts = conditions.starts.tolist() if fresh else [0, conditions.rows]
             return np.asarray(sweep(values, whole, memory, starts, fresh=fresh))
         for at in pieces:
             if fresh:
                 memory[:] = 0.0
-            # The angles continue over turns here: an order need not be a whole number.
+            # The angles are not wrapped here, because an order need not be an integer.
             run = {name: column[at] for name, column in conditions.columns.items()}
             run["time_s"] = conditions.time_s[at]
             run["run_number"] = 1.0 + conditions.run_of[at].astype(np.float64)

@@ -34,7 +34,7 @@ MULTIPLIED_OUT = 6
 
 
 def _power(x: FloatArray, exponent: FloatArray) -> FloatArray:
-    """As `lm_power`: zero at and below zero."""
+    """As `lm_power`: the result is 0 for a base of 0 or less."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(np.asarray(x) > 0, np.maximum(x, LOGARITHM_MIN) ** exponent, 0.0)
 
@@ -124,7 +124,7 @@ def formula(
     Raises
     ------
     InputError
-        When the formula has something else in it.
+        If the formula contains anything else.
     """
     if not name.isidentifier():
         raise InputError("effect", name, "a name with other signs", "a name in C")

@@ -86,7 +86,7 @@ def from_c(effect: Any, bits: Bits = 64) -> Effect:
     c = core(bits)
 
     def number(value: float) -> float:
-        """Return the decimal number of the source that float32 has rounded."""
+        """Return the decimal number in the source code that was rounded to float32."""
         return float(str(np.float32(value))) if bits == 32 else float(value)
 
     def text(pointer: Any) -> str:

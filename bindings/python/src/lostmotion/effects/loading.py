@@ -25,14 +25,14 @@ def load_python(file: str | Path) -> dict[str, Effect]:
     Raises
     ------
     InputError
-        When the file does not run or defines none.
+        If the file does not run or defines no effect.
     """
     path = Path(file)
     spec = importlib.util.spec_from_file_location(f"lostmotion_user_{path.stem}", path)
     if spec is None or spec.loader is None or not os.path.isfile(path):
         raise InputError(path, "", "no such file", "a Python file with effects")
     module = importlib.util.module_from_spec(spec)
-    cached, sys.dont_write_bytecode = sys.dont_write_bytecode, True  # no folder beside the file
+    cached, sys.dont_write_bytecode = sys.dont_write_bytecode, True  # without __pycache__
     try:
         spec.loader.exec_module(module)
     except InputError:
@@ -114,7 +114,7 @@ def _precision(address: int) -> Bits | None:
 
 
 FILE_MAX = 1 << 31
-"""Bytes of a shared object, at most."""
+"""Largest size of a shared object in bytes."""
 
 KEPT: list[Any] = []
 """Shared objects stay loaded: their functions are called later."""

@@ -16,16 +16,16 @@ import numpy.typing as npt
 from lostmotion.errors import InputError
 
 RUNS_MAX, COLUMNS_MAX = 100_000, 10_000
-"""Runs and columns of evidence, at most; chosen: a thousand times that of a campaign."""
+"""Largest number of runs and columns of evidence; chosen: a thousand times that of a campaign."""
 
 SIZE_MAX = 1e100
-"""Size of a number, at most, so that squares of two of them do not overflow."""
+"""Largest magnitude of a number, so that products of squares do not overflow."""
 
 SAMPLES_MAX = 2.0**53
-"""Samples of a run, at most: a float counts so far."""
+"""Largest number of samples of a run that a float represents exactly."""
 
 LIKE = 1e-6
-"""How far a Gram matrix may be from symmetric, as a share; it is computed to 1e-16 a term."""
+"""Largest relative asymmetry of a Gram matrix; each of its terms is computed to 1e-16."""
 
 NUMBERS = (
     *("point", "spread", "rows", "white", "plain", "white_scale", "plain_scale"),
@@ -120,7 +120,7 @@ def is_gram(matrix: npt.NDArray[np.float64]) -> bool:
     )
 
 
-# --- what is stated beside the numbers
+# --- metadata
 # -------------------------------------------------------------
 
 Check = Callable[[Any], bool]

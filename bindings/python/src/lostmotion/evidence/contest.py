@@ -1,7 +1,7 @@
 """The contest of candidates: each is tested against the baseline model with its own scatter.
 
 The unit of evidence is the run. A candidate is tested with its own variances: with those of the
-baseline model alone, effects between runs would be taken for scatter.
+baseline model alone, effects between runs would be treated as scatter.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class Result:
     covariance : ndarray
     omega : ndarray
     fixed_step : ndarray
-        Of the baseline's scaled columns.
+        Step of the scaled columns of the baseline model.
     block : str
         Tested columns: all of the candidate, or those of one start.
     """
@@ -179,7 +179,7 @@ class Contest:
         # With and without, each under its own variances.
         gain = log_density(seen, ridge) - self.null_density
         score, ideal, weight = run_scores(seen, ridge, found)
-        # Under REML every direction of a candidate costs the variances a run.
+        # Under REML every direction of a candidate costs the variances one run.
         freedom = max(self.runs - 2 - rank, 1)
         return Result(
             name,
@@ -206,8 +206,8 @@ def visible_directions(e: Evidence, reduced: Reduced, index: IntArray) -> FloatA
     cross = total[n0:-1, :n0]
     left = total[n0:-1, n0:-1] - cross @ np.linalg.solve(total[:n0, :n0] + ridge, cross.T)
     raw = np.diag(total)[n0:-1]
-    # In units of what each column has before the baseline model takes its part. Of what is all
-    # deviation of the runs, nothing but rounding is there.
+    # Relative to the column before projection on the baseline model. If a column consists only of
+    # deviations of the runs, only rounding remains.
     seen = raw > REDUCED * np.diag(e.total)[index[n0:-1]]
     unit = np.where(seen, 1.0 / np.sqrt(np.where(seen, raw, 1.0)), 0.0)
     value, vector = np.linalg.eigh(left * np.outer(unit, unit))

@@ -105,7 +105,7 @@ def load_body(file: str | Path) -> Body:
         with open(file, "rb") as stream, np.load(stream, allow_pickle=False) as data:
             saved = {name: data[name] for name in data.files}
         schema, summed = str(saved["schema"]), str(saved.pop("checksum", "none"))
-    except Exception as error:  # NumPy raises many kinds for a file that is none of its own
+    except Exception as error:  # NumPy raises several types for other files
         found = one_line(str(error)) or "no evidence"
         if isinstance(error, FileNotFoundError):
             found = "no such file"

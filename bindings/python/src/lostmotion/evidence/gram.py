@@ -65,7 +65,7 @@ class Evidence:
         return out + RIDGE * np.maximum(np.diag(self.total)[index[:-1]], 1.0)
 
     def index(self, *blocks: str) -> IntArray:
-        """Places of the baseline's columns and of some blocks, the residual last."""
+        """Places of the columns of the baseline model and of some blocks; the residual is last."""
         parts = [self.fixed, *(self.blocks[name] for name in blocks), np.array([self.response])]
         return np.concatenate(parts).astype(np.intp)
 

@@ -62,7 +62,7 @@ def merge_bodies(bodies: Sequence[Body], files: Sequence[str | Path]) -> Body:
         for body, file in zip(bodies, files, strict=True)
         for said in body.about["alone"]
     ]
-    # Whatever the order: the same linearisation, and the same sums to the bit.
+    # Independent of the order: the same linearisation, and bit-identical sums.
     order = sorted(range(len(bodies)), key=lambda i: str(bodies[i].about["data_fingerprints"]))
     bodies, labels = [bodies[i] for i in order], [labels[i] for i in order]
     first = bodies[0]
@@ -133,7 +133,7 @@ def merge_grams(
         gram = part.gram[:, keep[:, None], keep]
         ratio = part.scale[keep] / first.scale[places(first, common)]
         gram = gram * np.outer(ratio, ratio)
-        # The residual about the first point: what the baseline model does between the two is put
+        # Residual at the first point: the change of the baseline model between the points is added
         # back.
         step = (point - points[0]) * first.scale[first.fixed][: point.size]
         change = np.eye(keep.size)
@@ -156,6 +156,8 @@ def merge_grams(
 
 
 def places(evidence: Evidence, common: Sequence[str]) -> IntArray:
-    """Places of the baseline's columns, of what scatters, of some blocks and of the residual."""
+    """Places of the columns of the baseline model, of the scattering columns, of some blocks and of
+    the residual.
+    """
     parts = [evidence.fixed, evidence.scatter, *(evidence.blocks[name] for name in common)]
     return np.concatenate([*parts, [evidence.response]]).astype(np.intp)

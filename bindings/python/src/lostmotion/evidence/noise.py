@@ -75,7 +75,7 @@ class Noise:
     def whiten_runs(self, values: FloatArray, starts: IntArray) -> tuple[FloatArray, IntArray]:
         """Innovations of one column over all runs, and where each run begins among them.
 
-        As `whiten` of each run, in as many steps as there are lags whatever the number of runs.
+        Like `whiten` of each run, but with one step per lag, regardless of the number of runs.
 
         Parameters
         ----------
@@ -119,7 +119,7 @@ def rate_groups(time_s: FloatArray, starts: IntArray) -> IntArray:
     steps = []
     for a, b in pairwise(starts):
         step = np.diff(time_s[a:b])
-        # A clock with coarse ticks repeats itself: the mean step is what counts.
+        # A clock with coarse ticks repeats stamps, so the mean step is used.
         steps.append(max(float(np.mean(step)), 1e-9) if step.size else 1.0)
     return group_within(np.array(steps), RATE_TOLERANCE)
 

@@ -20,14 +20,14 @@ LOG_OMEGA = (-30.0, 25.0)
 """Bounds of the logarithm of a variance of a scaled column."""
 
 SLOPE_LEAST = 1e-2
-"""Slope of the objective over the logarithm of a variance at which REML stops, nats."""
+"""Slope of the objective with respect to the logarithm of a variance at which REML stops, nats."""
 
 FALL_LEAST = 1e-4
 """Decrease of the objective per step below which REML also stops, nats."""
 
 STEPS_MOST, STEP_MOST, HALVINGS = 40, 4.0, 8
-"""Steps of a descent, the largest of a logarithm in one, and how often a step that increases the
-objective is shortened, to a quarter each time.
+"""Largest number of steps of a descent, largest change of a logarithm per step, and largest number
+of times that a step that increases the objective is shortened to a quarter.
 """
 
 FLAT = 1e-9
@@ -78,7 +78,8 @@ def without_scatter(
     log_det : ndarray, (runs,)
     """
     k = np.eye(omega.size) + gram * omega
-    # One right side for all runs is spread out: NumPy 1 took (n, m) for vectors of n runs.
+    # A single right side is repeated for all runs, because NumPy 1 reads (n, m) as vectors of n
+    # runs.
     sides = np.broadcast_to(sides, (*k.shape[:-2], *sides.shape[-2:]))
     try:
         return np.asarray(np.linalg.solve(k, sides)), np.asarray(np.linalg.slogdet(k)[1])
@@ -186,8 +187,8 @@ class RestrictedLikelihood:
         value, slope, curvature = self(x)
         for _ in range(STEPS_MOST):
             free = ((x > low) | (slope < 0)) & ((x < high) | (slope > 0))
-            # A variance of next to nothing has neither slope nor curvature: their quotient would
-            # be a leap that shortens the step of all the others with it.
+            # A variance near zero has neither slope nor curvature: their quotient would be a large
+            # step, for which the steps of all other variances would be shortened.
             free &= np.abs(slope) > SLOPE_LEAST
             if not free.any():
                 break

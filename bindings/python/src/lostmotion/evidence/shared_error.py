@@ -20,10 +20,11 @@ IntArray = npt.NDArray[np.intp]
 
 
 def without_shared(evidence: Evidence, shared: IntArray, omega: FloatArray) -> Evidence:
-    """Take fixed columns that all runs share out of every other column, and out of the evidence.
+    """Project fixed columns that all runs share out of all other columns, and remove them.
 
-    Every column loses what the shared ones predict of it, as all runs together tell it beside
-    their scatter. The prior's part of the sums belongs to no run: each has an even share of it.
+    The shared columns' prediction, estimated from all runs together with their scatter, is
+    subtracted from every column. The prior's part of the sums belongs to no run; it is divided
+    evenly between the runs.
 
     Parameters
     ----------
@@ -48,7 +49,7 @@ def without_shared(evidence: Evidence, shared: IntArray, omega: FloatArray) -> E
 
 
 def without_columns(evidence: Evidence, gone: IntArray) -> Evidence:
-    """Leave some of the fixed columns out."""
+    """Remove some of the fixed columns."""
     keep = np.delete(np.arange(evidence.scale.size), gone)
     moved = np.full(evidence.scale.size, -1)
     moved[keep] = np.arange(keep.size)

@@ -85,9 +85,9 @@ class BaselineModel:
     noise_arcsec : float
         Noise within runs, rms, if known; used for the prior of laws between runs.
     form_basis : FormBasis
-        All columns that the error of the form may have; shared by copies.
+        All columns that the form error may have; shared by copies.
     form_error : FormError or None
-        Error of the form; None: there is none, or it is not estimated yet.
+        Form error; None: there is none, or it is not estimated yet.
     """
 
     conditions: Conditions

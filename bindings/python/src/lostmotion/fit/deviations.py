@@ -13,10 +13,10 @@ seconds.
 """
 
 STIFFNESS, FRICTION, GAP = range(len(DEVIATIONS))
-"""Columns of the deviations, a row for each run."""
+"""Columns of the deviations, one row per run."""
 
 DEVIATION_MAX = 0.5
-"""A run whose friction differs by more than half belongs to another drive."""
+"""Largest relative deviation of the friction: a run with a larger one belongs to another drive."""
 
 GAP_CLOSES = 0.004
 """Torque at which a radial gap is closed, relative to rated torque (model 9a: 0.1 to 0.5 %).

@@ -93,7 +93,9 @@ class FewReadings:
         return residual
 
     def table(self) -> tuple[list[str], FloatArray, FloatArray]:
-        """Values by the names of a drive file, and their covariance; fixed values have none."""
+        """Values by the names of a drive file, and their covariance, which fixed values do not
+        have.
+        """
         curve, fit = self.base.curve, self.fit
         stretches = curve.slopes.size
         kept = [(filed, filed.of(self.base)) for filed in TABLE]
@@ -133,7 +135,7 @@ def fit_few_readings(base: BaselineModel) -> FewReadings | None:
         curve.knots_Nm[int(np.argmin(np.abs(curve.knots_Nm - kink)))] = kink
     curve.knots_Nm = np.sort(curve.knots_Nm)
     curve.slopes = fit.slopes_rad_per_Nm[stretch_of(curve.knots_Nm, fit.kinks_Nm)] / ARCSEC
-    base.terms = []  # readings of one loop carry no effect beside it
+    base.terms = []  # readings of one loop do not determine an effect in addition
     hysteresis.take_inside_out()
     hysteresis.outside = np.zeros(PLAYS)
     operator = 0

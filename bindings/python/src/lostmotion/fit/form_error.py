@@ -1,13 +1,14 @@
-"""What a baseline model's form cannot follow: a function of torque and its history, for all runs.
+"""Form error of the baseline model: a function of torque and its history, the same for all runs.
 
 The model discrepancy of Kennedy and O'Hagan (Journal of the Royal Statistical Society B 63, 2001),
-of low rank: columns with one variance, shared by all runs, so that what runs have in common belongs
-to the model's error and run scatter is what differs between repeats. The columns are
+of low rank: columns with one variance, shared by all runs. Thus the residual that runs have in
+common is model error, and the difference between repeated runs is run-to-run scatter. The columns
+are
 
 - Preisach's: odd functions of operators of several half widths (Mayergoyz, Mathematical Models of
   Hysteresis, 1991): rate-independent, with the memory of any bank of operators;
-- along the torque path, for runs that repeat each other's: friction laws that creep under repeated
-  loops (Bouc-Wen, Dahl) have no such memory.
+- along the torque path, for runs that repeat each other: friction laws that creep under repeated
+loops (Bouc-Wen, Dahl) have no such memory.
 """
 
 from __future__ import annotations
@@ -26,25 +27,25 @@ from lostmotion.fit.hysteresis import Hysteresis, operator_columns
 FloatArray = npt.NDArray[np.float64]
 
 RADIUS_RANGE, RADII = (0.01, 0.7), 8
-"""Half widths of the operators over the largest torque."""
+"""Half widths of the operators, relative to the largest torque."""
 
 END_RANGE, ENDS = (0.02, 0.9), 5
-"""Ends of the stretches of their functions over the largest torque, on each side."""
+"""Knots of the functions of an operator on each side of zero, relative to the largest torque."""
 
 PATH_PIECES = 24
-"""Stretches of a torque path over which what its runs share is straight."""
+"""Number of sections of a torque path in which the common error of its runs is linear."""
 
 PATH_TOLERANCE = 0.15
-"""Rms difference of two torque paths, over their own rms, up to which runs repeat each other's: the
-noise of the torque in the smallest loops is a tenth of them."""
+"""Largest rms difference of two torque paths, relative to their rms, for runs that repeat each
+other: the noise of the torque is a tenth of the smallest loops."""
 
 SEEN = 1e-3
-"""A column whose rms is less than this of the largest one is left out."""
+"""A column with an rms below this share of the largest rms is left out."""
 
 
 @dataclass(frozen=True)
 class FormError:
-    """The error of form of a model, as far as recordings tell it.
+    """The form error of a model, as far as the recordings determine it.
 
     Attributes
     ----------
@@ -53,7 +54,7 @@ class FormError:
     sd_arcsec : float
         Standard deviation of each of their coefficients.
     gain : float
-        Rise of the restricted log likelihood by them, nats.
+        Increase of the restricted log likelihood due to these columns, nats.
     """
 
     columns: FloatArray
@@ -62,7 +63,9 @@ class FormError:
 
     @property
     def p(self) -> float:
-        """Chance of such a gain without one: half of chi squared, for a variance has one side."""
+        """Probability of such a gain without a form error: half of chi squared, because a variance
+        is not negative.
+        """
         return 0.5 * float(special.chdtrc(1, 2.0 * self.gain))
 
     @property
@@ -73,13 +76,13 @@ class FormError:
 
 @dataclass
 class FormBasis:
-    """All columns that an error of form may have, over one campaign.
+    """All columns that a form error may have, over one campaign.
 
     Attributes
     ----------
     conditions : Conditions
     sessions : list of slice
-        Rows within which memory goes on.
+        Rows within which the memory of friction continues.
     """
 
     conditions: Conditions
@@ -92,11 +95,11 @@ class FormBasis:
 
     @cached_property
     def columns(self) -> FloatArray:
-        """Columns, (rows, n): a unit of each is about an arc second."""
+        """Columns, (rows, n); a unit coefficient is about an arc second."""
         return np.asfortranarray(np.column_stack((self.preisach(), *self.paths())))
 
     def preisach(self) -> FloatArray:
-        """Odd functions of operators, each of unit rms."""
+        """Odd functions of operators, each with unit rms."""
         torque = self.conditions.torque
         largest = float(np.max(np.abs(torque)))
         radius = largest * np.geomspace(*RADIUS_RANGE, RADII)
@@ -111,7 +114,7 @@ class FormBasis:
         return np.asarray(columns[:, seen] / rms[seen])
 
     def paths(self) -> list[FloatArray]:
-        """Hat functions along the path of every group of runs that repeat each other's torque."""
+        """Hat functions along the torque path of every group of runs that repeat each other."""
         c = self.conditions
         slices, out = c.slices(), []
         for group in self.repeats():
@@ -124,7 +127,7 @@ class FormBasis:
         return out
 
     def repeats(self) -> list[list[int]]:
-        """Groups of at least two runs that repeat each other's torque path."""
+        """Groups of at least two runs with the same torque path."""
         c = self.conditions
         groups: list[list[int]] = []
         firsts: list[FloatArray] = []

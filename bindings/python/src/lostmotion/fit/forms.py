@@ -19,7 +19,7 @@ STEPS = 25
 
 
 def friction_form(base: BaselineModel) -> Friction:
-    """Form of a model."""
+    """Return the form of a model."""
     hysteresis = base.hysteresis
     parts = {
         "parallel": hysteresis.parallel,
@@ -43,9 +43,9 @@ def in_form(
     base : BaselineModel
         Fitted, in a form that `leads_to` the other.
     form : str
-        The form that is wanted.
+        The requested form.
     rows : ndarray of bool, optional
-        Samples that count.
+        Samples that are used.
     known : mapping, optional
         Existing fits of other forms.
     """
@@ -83,6 +83,6 @@ def leads_to(given: Friction, form: Friction) -> bool:
 
 
 def squares(base: BaselineModel, rows: npt.NDArray[np.bool_] | None) -> float:
-    """Sum of squares of the residual over the samples that count."""
+    """Sum of squares of the residual over the samples that are used."""
     residual = base.residual()
     return float(np.sum(residual**2 if rows is None else residual[rows] ** 2))

@@ -81,7 +81,7 @@ class LeftOut:
         room = np.where(np.isfinite(high - low), NEAR_BOUND * (high - low), 0.0)
         self.free = (x > low + room) & (x < high - room)
         fixed, known = fixed[:, self.free], known[self.free] / out.size
-        # The units of a column are such that it and what is known of its value are one together.
+        # Columns are scaled so that the sum of their square and the prior precision is one.
         norm = np.sqrt(np.einsum("ij,ij->j", fixed, fixed) / out.size + known)
         norm[norm == 0] = 1.0
         fixed /= norm
@@ -106,7 +106,8 @@ class LeftOut:
 
     def step_without(self, group: Sequence[int]) -> FloatArray:
         """Step of the unknowns, in units of their columns, to the optimum of the other pieces."""
-        # Nothing pulls at a fit to all: what the others want is what the pieces do not.
+        # The gradient of a fit to all is zero: that of the others is minus that of the left-out
+        # pieces.
         kept, normal = self.normal_without(group)
         least, most = self.least[kept], self.most[kept]
         step = np.zeros(self.norm.size)

@@ -61,7 +61,7 @@ LOAD_RANGE = (0.02, 0.6)
 """
 
 ENVELOPE_KNEE = 0.3
-"""Knee K of the envelope over the rated torque: beyond where a drive is soft."""
+"""Knee K of the envelope relative to the rated torque: above the range in which a drive is soft."""
 
 ENVELOPE_MAX = 5.0
 """Largest A / K."""
@@ -311,7 +311,7 @@ class Hysteresis:
         if self.start.shape[1] != self.count:
             self.start = np.zeros((len(self.start), self.count))
 
-    # --- what it gives ---------------------------------------------------------------------------
+    # --- prediction ------------------------------------------------------------------------------
 
     def columns(
         self, torque: FloatArray, width: FloatArray, envelope_Nm: float | None = None
@@ -354,7 +354,7 @@ class Hysteresis:
         closer = self.columns(point.torque, point.width * (1 - RADIUS_STEP))
         return self.angle_by((wider - closer) / (2 * RADIUS_STEP), point)
 
-    # --- its parameters --------------------------------------------------------------------------
+    # --- parameters ------------------------------------------------------------------------------
 
     def inside_blocks(self) -> tuple[list[Block], list[Block]]:
         """Shares and envelope, if friction in parallel is fitted."""

@@ -101,7 +101,7 @@ def bounded_least_squares(
     damping = FIRST_DAMPING
     used = 1
     small_falls = 0
-    # Where the samples see no unknown at all (a torque that never moves), the start stays.
+    # If the residuals depend on no unknown (constant torque), the starting point is kept.
     while used < steps and damping < GREATEST_DAMPING and cost > 0 and np.any(gradient):
         room = (
             None
@@ -162,7 +162,7 @@ def solve_within(
     scale = 1.0 / np.sqrt(np.maximum(diagonal, floor))
     scaled = normal * np.outer(scale, scale)
     scaled[np.diag_indices_from(scaled)] += damping
-    # Roundoff can leave the matrix barely indefinite: the damping is added until it factors.
+    # Rounding can make the matrix slightly indefinite: damping is added until it can be factored.
     extra = 1e-14
     while True:
         firm = scaled + extra * np.eye(scaled.shape[0])
@@ -195,7 +195,7 @@ def solve_within(
         drawn[places] -= multiplier
         return float(within(drawn)[places].sum()) - most
 
-    # The sum falls with the multiplier, along straight lines.
+    # The sum is a decreasing, piecewise linear function of the multiplier.
     high_enough = float(np.abs(right[places]).max()) + 1e-300
     while beyond(high_enough) > 0 and high_enough < np.inf:
         high_enough *= 4.0

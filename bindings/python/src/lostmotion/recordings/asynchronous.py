@@ -20,24 +20,27 @@ REPEATED = ("torque", "input_angle", "output_angle", "lost_motion")
 """Channels that move together."""
 
 REGULAR_SHARE = 0.8
-"""Least share of the sections without a new value that have the usual length, within one sample, if
-a clock causes them; those of coarse counts vary with the speed.
+"""A clock causes the sections without a new value if at least this share of them has the usual
+length, within one sample; with coarse counts the length varies with the speed.
 """
 
 SPREAD = 2.0
-"""Least ratio of the usual step between two values to the tenth smallest: counts are all equal."""
+"""Least ratio of the usual step between two values to the tenth smallest: the steps of counts are
+all equal."""
 
 STRETCHES_LEAST = 10
 """Least number of sections of a run that identify a clock."""
 
 LAG_SHARE = 0.95
-"""Least share of the lost motion that the speed explains ..."""
+"""A lag is reported if the speed explains at least this share of the lost motion ..."""
 
 LAG_OVER_SIGN = 0.05
-"""... and by how much more than the sense of turning alone does, as friction would ..."""
+"""... which exceeds by this the share that the direction of rotation alone explains, as with
+friction, ..."""
 
 LAG_STEPS = 0.5
-"""... for a lag of so many samples at least: viscous friction over stiffness is some 0.1 ms."""
+"""... and the lag is at least this number of samples: viscous friction over stiffness is some 0.1
+ms."""
 
 
 def check_asynchronous(campaign: Campaign) -> None:

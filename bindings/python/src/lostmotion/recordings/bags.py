@@ -41,7 +41,7 @@ PACKED = ".zstd"
 """Suffixes of compressed storages."""
 
 MESSAGE_MODE = re.compile(rb"^\s*compression_mode:\s*[\"']?message\b", re.MULTILINE | re.IGNORECASE)
-"""Line of the metadata for compression of single messages."""
+"""Line of the metadata that states compression of single messages."""
 
 METADATA_MAX = 1 << 20
 """Bytes of the metadata that are examined, sufficient for a thousand topics."""
@@ -58,16 +58,16 @@ LABELLED_MAX = 1024
 """Largest number of names for an array of numbers."""
 
 IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
-"""A name in a definition of messages, of which `rosbags` makes Python code."""
+"""A name in a definition of messages, from which `rosbags` makes Python code."""
 
 UNLABELLED_MAX = 64
-"""Longest array without names that becomes columns: longer ones are scans and pictures."""
+"""Longest array without names that becomes columns: longer ones are scans or pictures."""
 
 SHOWN_MESSAGES = 20
 """Messages of each topic that are examined to list its columns ..."""
 
 SCANNED_MESSAGES = 20_000
-"""... among the first so many of the bag."""
+"""... among this number of messages at the beginning of the bag."""
 
 TOPICS_LISTED = 12
 """More topics than this are not listed one by one."""
@@ -142,7 +142,7 @@ class _Budget:
         Raises
         ------
         InputError
-            When it was more than is left.
+            If the bound is exceeded.
         """
         self.left -= size
         if self.left < 0:
@@ -159,7 +159,7 @@ class _Budget:
         Raises
         ------
         InputError
-            When they hold more than is left.
+            If they hold more than the bound allows.
         ValueError
             When the last one is cut off.
         """
@@ -264,7 +264,7 @@ def open_bag(file: Path) -> Iterator[Bag]:
     bounded = {**storage_mcap.DECOMPRESSORS, "zstd": of_zstd, "lz4": of_lz4}
     unbounded = dict(storage_mcap.DECOMPRESSORS)
     with ExitStack() as stack:
-        # The reader inflates a chunk before it looks how large it is.
+        # The reader inflates a chunk before it checks its size.
         storage_mcap.DECOMPRESSORS.update(bounded)
         stack.callback(storage_mcap.DECOMPRESSORS.update, unbounded)
         try:
@@ -280,7 +280,7 @@ def open_bag(file: Path) -> Iterator[Bag]:
             yield Bag(file, readers, size, of_zstd if by_message else bytes, _stores(readers))
         except (InputError, GeneratorExit):
             raise
-        except Exception as error:  # of a parser over bytes that anyone may have written
+        except Exception as error:  # of a parser of untrusted bytes
             said = one_line(str(error)) or type(error).__name__
             raise InputError(file, "", f"an unreadable bag ({said})", "a ROS 2 bag") from None
 
@@ -382,7 +382,7 @@ def numbers_in(message: Any, path: str, labels: list[str]) -> Iterator[tuple[str
         if isinstance(value, list) and value and isinstance(value[0], str):
             labels = value
             break
-    # A message that holds nothing but names and their values is the values.
+    # For a message of only names and their values, the path is that of the values.
     bare = [name for name, value in parts if not isinstance(value, (str, list))]
     alone = len(bare) == 1 and len(parts) > 1 and bare[0] == "values"
     for name, value in parts:

@@ -39,7 +39,7 @@ NOISE_REACH = 16
 """Samples on either side for the local noise."""
 
 NOISE_ORDER = 8
-"""Highest difference that is tried: of 8 samples a loop a hundredth remains."""
+"""Highest order of difference that is tried: with 8 samples per loop a hundredth remains."""
 
 SHARE_MAX = 0.05
 """Larger shares of a run, above `COUNT_FREE` samples, are normal behaviour of the channel."""
@@ -59,7 +59,7 @@ MARKERS_LEAST = 3
 """Least number of occurrences of a marker: two equal outliers may be a coincidence."""
 
 CONSTANT_SHARE = 0.1
-"""A channel that has one value leaves it by this share of it at least: sensors of few steps."""
+"""Least deviation of a channel with a single value, relative to it: sensors with few steps."""
 
 
 def bursts(
@@ -141,7 +141,7 @@ def resolution(x: FloatArray, step: FloatArray, absolute: bool = False) -> float
     constant = np.count_nonzero(x == np.median(x)) >= (1 - MARKED_SHARE) * x.size
     if moved.size <= 2 * BURST or (
         absolute and constant and level > 0
-    ):  # a constant, but for what may be wild
+    ):  # constant except for outliers
         return CONSTANT_SHARE * level / DEVIATIONS
     return float(moved.min())
 

@@ -19,7 +19,7 @@ from lostmotion.recordings.quantities import QUANTITIES
 FloatArray = npt.NDArray[np.float64]
 
 STILL_RAD = 1e-12
-"""Smaller variations of the lost motion are rounding of a constant."""
+"""Smaller variations of the lost motion are the rounding of a constant."""
 
 SESSIONS_MAX = 24
 """Largest number of sessions with their own friction state; each adds eight values to a fit."""
@@ -54,9 +54,9 @@ class Run:
     begins: bool = False
     """Whether a session begins here: the motion since the previous run is unknown."""
     sources: dict[str, Any] = field(default_factory=dict)
-    """From a quantity to its column in the file and how that was read, where a file was read."""
+    """Column in the file, and how it was read, by quantity; empty if no file was read."""
     log: Log | None = field(default=None, repr=False, compare=False)
-    """The recording itself, where the run was read from one."""
+    """The recording itself, if the run was read from one."""
 
     def __len__(self) -> int:
         return int(self.columns["torque"].size)
@@ -131,7 +131,7 @@ class Campaign:
     runs: list[Run]
     findings: list[Finding] = field(default_factory=list)
     recorded_rows: int | None = None
-    """Rows that were recorded, where the runs hold a sample of them."""
+    """Number of recorded rows, if the runs hold only a sample of them."""
 
     @classmethod
     def from_table(

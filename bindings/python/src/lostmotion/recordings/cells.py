@@ -73,4 +73,4 @@ MISSING_SPELLINGS = sorted(
     {spelt for word in MISSING for spelt in (word, word.upper(), word.capitalize())}
     | {"NaN", "NaT"}
 )
-"""The same in the cases that programs write, for readers that compare letter by letter."""
+"""The same in the upper and lower case that programs write, for readers that are case sensitive."""

@@ -130,7 +130,7 @@ def seconds_of_day(parts: dict[str, Any], rows: int) -> IntArray:
         half = np.asarray(pc.utf8_lower(parts["half"]).to_numpy(zero_copy_only=False))
         hours = np.where(half == "", hours, hours % 12 + 12 * (half == "p"))
     if "s" in parts and "h" in parts:
-        # 12:34.5 is minutes and seconds: nobody writes decimals of a minute.
+        # 12:34.5 is minutes and seconds: decimals of a minute are not used.
         short = np.asarray(pc.equal(parts["s"], "").to_numpy(zero_copy_only=False), dtype=bool)
         given = np.asarray(pc.not_equal(parts["frac"], "").to_numpy(zero_copy_only=False), bool)
         shift = short & given

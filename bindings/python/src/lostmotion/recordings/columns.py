@@ -302,7 +302,7 @@ def choose_columns(
         add_fraction(header, chosen, ignored)
     doubts: list[tuple[str, InputError]] = []
     for index, quantity, doubt in doubtful:
-        # A column such as torque_raw beside torque_Nm is not meant; alone it has no known unit.
+        # A column such as torque_raw is not used if there is torque_Nm; alone it has no known unit.
         if quantity not in chosen:
             doubts.append((quantity, doubt))
         elif index != chosen[quantity][1].index:

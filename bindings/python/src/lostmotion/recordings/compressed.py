@@ -11,8 +11,8 @@ GZIP = b"\x1f\x8b"
 """First bytes of a gzip file."""
 
 INFLATED_LEAST = 1 << 25
-"""Bytes up to which nothing compressed is refused, however small: 32 MiB, as text about half a
-million rows."""
+"""Content up to which no compressed file is refused, however small the file: 32 MiB, as text about
+half a million rows."""
 
 INFLATION_MAX = 16
 """Largest ratio of content to size beyond that. Sensor data compress to a fifth or a tenth; zeros

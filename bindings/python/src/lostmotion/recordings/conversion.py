@@ -30,10 +30,10 @@ FloatArray = npt.NDArray[np.float64]
 Chosen = Mapping[str, tuple[str, ColumnName]]
 
 HEADERS_LOOKED_AT = 64
-"""Lines without numbers among the rows that are compared with the header."""
+"""Largest number of lines without numbers that are compared with the header."""
 
 STAMPS_LOOKED_AT = 100
-"""Cells of a clock of text that tell whether it is of dates or of numbers."""
+"""Number of cells from which a clock of text is classified as dates or numbers."""
 
 
 @dataclass
@@ -186,7 +186,7 @@ def in_si(
                 values = name.factor * values
                 if name.unit is not None:
                     values = units.convert(values, name.unit.symbol, name.quantity.unit)
-        # What is beyond the range of 64 bits is missing, as what is written as infinite.
+        # A value beyond the range of 64 bits is missing, like one that is written as infinite.
         values = np.where(np.isinf(values), np.nan, values)
         values, beyond = within_range(file, label, values, name.quantity, place)
         findings += beyond
@@ -396,7 +396,7 @@ class Clock:
             if exact is not None:
                 self.of_numbers(
                     pa.array(numbers, from_pandas=True)
-                )  # refuses what is no epoch in s
+                )  # refuses a clock that is not an epoch in s
                 return self.from_zero(*exact, 1)
         whole = texts.whole_numbers()
         if whole is not None and bool(np.all(texts.integer | self.bad | texts.missing)):

@@ -36,24 +36,25 @@ FOLLOWED_SLACK = WRAP_SLACK / 4
 """The same for the median of many jumps: a wrong ratio, or another shaft, has a larger error."""
 
 ALIKE = 0.01
-"""Difference of the way of the lost motion, in what a turn of the input makes of it, up to which
-two repairs are equal. A ratio of 50.02 and a turn of the output differ by 0.02, noise by less."""
+"""Difference of the travel of the lost motion, relative to the change by one input turn, up to
+which two repairs are equal. With a ratio of 50.02, whole input turns and one output turn differ by
+0.02; noise is smaller."""
 
 STILL = 1 / 16
 """Step of the input in moduli, beyond that of its neighbours, above which it has really moved."""
 
 SLIP_TURNS = 2
-"""A mesh ratchets by a few teeth, and two teeth are about one turn of the input: up to so many
-turns, a jump of the output while the input is at rest may be either."""
+"""A mesh ratchets by a few teeth, and two teeth are about one turn of the input: up to this number
+of turns, a jump of the output while the input is at rest may be either."""
 
 STRAY_SHARE = 0.005
-"""Largest share of outliers outside the range of an encoder that wraps."""
+"""Largest share of readings of an encoder that wraps that may be outside its range."""
 
 BURST = 5
 """Longest burst of wild samples."""
 
 COUNTER_BITS = (8, 16, 24, 32)
-"""Widths of the registers that counters have."""
+"""Usual widths of counter registers in bits."""
 
 LEVELS_LEAST = 8
 """Least number of different readings that identify the resolution of an encoder."""
@@ -62,8 +63,8 @@ COUNTS_REACH = (1, 2, 4, 8, 16, 32)
 """Differences, in counts, from which the size of a count is refined, in this order."""
 
 WHOLE = 0.05
-"""How far from a whole number of counts the difference of two readings may be; of more than ten
-counts, in shares of a tenth."""
+"""Largest distance, in counts, of the difference of two readings from a whole number of counts;
+above ten counts, a tenth of this for each count."""
 
 PUT_BACK = "whole turns restored"
 
@@ -200,8 +201,8 @@ def put_back(
                 continue
             found = follow(input_rad, output_rad, ratio, end_in, end_out)
             left = change_of(found)
-            # What two moduli leave equal is the same repair, or none: the likelier one stands,
-            # but for a turn of the output less, which whole turns of the input hide.
+            # If two moduli give equal results, they are the same repair, or none: the likelier one
+            # is kept, unless the other needs one output turn less, which whole input turns hide.
             less = change - left
             alike = ALIKE * TURN / abs(ratio)
             shorter = way(found.output_rad) < way(best.output_rad) - 0.5 * TURN
@@ -277,10 +278,11 @@ def follow(
     if end_in is not None:
         own = -np.rint(step_in / size_in)
         seen |= (turns_in != 0) & (np.abs(jerk) > 0.5 * size_in)
-        # A reading that passed its own end is known whatever the load did at that sample.
+        # A reading that passed the end of its own range is certain, regardless of the load at that
+        # sample.
         near |= (own == turns_in) & end_in.held & (np.abs(rest) < 0.5 * unit)
         moved = np.abs(jerk - size_in * np.rint(jerk / size_in)) > STILL * size_in
-        if not end_in.held:  # one that counts turns, and lost some: it must have jumped by itself
+        if not end_in.held:  # a counter of turns that lost some: it must have jumped itself
             seen &= (np.abs(jerk) > 0.5 * size_in) & (np.abs(rest) <= bound) | (turns_in == 0)
             moved = moving = np.zeros(step.size, dtype=bool)
     else:
@@ -290,7 +292,7 @@ def follow(
     if end_in is None:
         far, usual = np.ones(step.size, dtype=bool), bound
     else:
-        # An input that never moves is locked: what jumps there is no turn of it.
+        # An input that never moves is locked: a jump is not a turn of the input.
         far = (np.abs(turns_in) > SLIP_TURNS) & bool(np.ptp(put_in) > STILL * size_in)
         usual = max(8.0 * float(np.median(np.abs(rest))), bound / 8.0)
     held = end_in.held if end_in is not None else bool(end_out and end_out.held)
@@ -396,7 +398,7 @@ def output_alone(input_moduli: FloatArray, output: FloatArray, size_out: float) 
     marked = np.zeros(output.size, dtype=bool)
     if (
         float(np.quantile(np.abs(np.diff(output)), 0.9)) > WRAP_SLACK
-    ):  # it turns as far all the time
+    ):  # steps of this size are usual
         return marked
     for length in range(1, BURST + 1):
         if output.size < length + 2:

@@ -14,7 +14,7 @@ MARKS = (
     (codecs.BOM_UTF16_LE, "utf-16-le"),
     (codecs.BOM_UTF16_BE, "utf-16-be"),
 )
-"""Byte order marks; that of UTF-32 begins with that of UTF-16 and goes first."""
+"""Byte order marks; that of UTF-32 begins with that of UTF-16 and is therefore tried first."""
 
 LOOKED_AT = 4096
 """Bytes at the beginning that identify UTF-16 without a mark; even, so that pairs are complete."""

@@ -34,13 +34,13 @@ class Finding:
         ``motor_torque``, ``untimed``, ``joined``, ``outside``, ``clock``, ``delay``,
         ``set_aside``, ``text``, ``range``, ``label``, ``runs``, ``thousands``.
     file, column : str
-        Where.
+        Location.
     run : int or str or None
         The run, where the finding belongs to one.
     count : int
-        How many rows or steps.
+        Number of rows or steps.
     action : str
-        What was done about it.
+        What was done with the data.
     seconds : tuple of float
         Times, if the finding is about single samples.
     """

@@ -5,9 +5,9 @@ as the fault, so it is not a burst, and each reading is plausible. Three signs t
 channel repeats its readings only there; the other channel covers a large part of its range
 meanwhile; and at the end only this reading jumps to the present state of the drive, or the other
 channel covers half its range, nothing turns, and the drive has returned. A held load repeats as
-well, but the drive is at rest or jumps with it; a coarse encoder repeats always. A single torque
-that came late repeats the last one while the lost motion goes half of its way (`late_readings`); an
-angle that repeats may be a drive that friction holds.
+well, but the drive is at rest or jumps with it; a coarse encoder repeats always. A single late
+torque repeats the last one while the lost motion covers half of its change (`late_readings`); an
+angle that repeats may be that of a drive that sticks.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ FROZEN_LEAST = 8
 `late_readings`."""
 
 REPEATED_MAX = 0.01
-"""Largest share of repeated readings of a channel in which one of them can be called late."""
+"""Largest share of repeated readings of a channel in which single late readings can be detected."""
 
 HALFWAY = (0.25, 0.75)
-"""Share of the way over two steps that the other channel goes in the first of them."""
+"""Range of the share of a change over two steps that the other channel covers in the first step."""
 
 LATE_DEVIATIONS = 12.0
-"""The same two steps exceed the noise of either channel so many times: estimated torques of motor
+"""Least size of these two steps relative to the noise of either channel: estimated torques of motor
 drives have tails that reach 10."""
 
 CHANCE = 1e-6
@@ -47,7 +47,7 @@ OTHER_SWING = 0.25
 """Share of its range by which the other channel must move meanwhile."""
 
 NO_JUMP_SWING = 0.5
-"""The same where the reading does not jump: more than a drive creeps under a load that is held."""
+"""The same if the reading does not jump: more than a drive creeps under a constant load."""
 
 RANGE = (0.01, 0.99)
 """Quantiles that define the range of a channel, robust against outliers."""
@@ -146,10 +146,10 @@ def frozen(
 
 
 def late_readings(values: FloatArray, other: FloatArray) -> BoolArray:
-    """Mark single torques that repeat the last one while the other channel goes on its way.
+    """Mark single torques that repeat the last one while the other channel continues to move.
 
-    Only in a channel that seldom repeats a reading: one of few values, or of a slower clock, does
-    so all the time.
+    Only in a channel that seldom repeats a reading: a channel with few values or a slower clock
+    repeats readings all the time.
     """
     marked = np.zeros(values.size, dtype=bool)
     rows = np.flatnonzero(np.diff(values) == 0) + 1

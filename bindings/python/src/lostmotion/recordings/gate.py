@@ -39,7 +39,8 @@ LOADS = (0.02, 6.0)
 """Largest torque of a campaign relative to the rated one: a mesh ratchets at about five times."""
 
 RATIO_TOLERANCE = 5e-3
-"""Share by which the turns of two encoders may be off the ratio, kinematic error included."""
+"""Relative error of the measured ratio of two encoders that is accepted, including kinematic
+error."""
 
 RATIO_TIMES = 5.0
 """Factor on the lost motion above which the ratio is wrong."""
@@ -232,7 +233,7 @@ def check_gate(
     drive_file : str
         Its name.
     ratio, rated_torque_Nm : float
-        What it says.
+        Values of the drive file.
     catalogue : mapping
         Keys and values of the drive file whose stiffnesses may have a wrong unit.
 
@@ -258,8 +259,8 @@ def refuse_contradiction(gate: Gate, drive_file: str, catalogue: Mapping[str, ob
     chosen = run.sources or si_columns(run)
     judged = [(r, gate.consistency(r)) for r in readings(gate, drive_file, chosen, catalogue)]
     judged = [(reading, how) for reading, how in judged if how.right]
-    # Where one reading has the drive turning, in its ratio, one that has it still is a chance.
-    # So is one without a torsion curve, where there is one in another.
+    # If the drive turns in its ratio in one interpretation, another in which it is at rest is a
+    # coincidence. So is one without a torsion curve if another has one.
     turning = any(how.turning is not None for _, how in judged)
     curved = not decisive or any(how.share >= SCALE_SHARE for _, how in judged)
     fitting = [
@@ -273,7 +274,7 @@ def refuse_contradiction(gate: Gate, drive_file: str, catalogue: Mapping[str, ob
         if not fitting:
             return
     if stands.turns_right or any(abs(r.ratio - ratio) == 0 for r in fitting):
-        # A ratio of its own would fit any angles: it is named only where nothing else does.
+        # A different ratio would fit any angles: it is suggested only if nothing else fits.
         fitting = [r for r in fitting if r.ratio in (ratio, -ratio)] or fitting
     if not fitting:
         return

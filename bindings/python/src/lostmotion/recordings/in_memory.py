@@ -143,7 +143,7 @@ def simple(name: str, label: str, column: Any) -> Any:
     if pa.types.is_dictionary(kind):
         return column.cast(kind.value_type)
     if pa.types.is_decimal(kind):
-        return column.cast(pa.string())  # to float64 Arrow rounds twice
+        return column.cast(pa.string())  # Arrow rounds twice on conversion to float64
     return column
 
 

@@ -32,11 +32,12 @@ JOINS: tuple[Join, ...] = ("nearest", "linear")
 NANO = 1e-9
 
 WRAP_SHARE = 0.5
-"""A step of more than this share of all that a column covers is no motion to read between: an
-encoder that begins its turn anew. There the nearest sample counts."""
+"""A step of more than this share of the range of a column is not interpolated, because it is an
+encoder that wraps: the nearest sample is used."""
 
 JITTER = 1.0
-"""Delay between header and receipt, in rows, by which two topics may differ unsaid."""
+"""Largest difference between two topics in the delay from stamp to receipt, in rows, that is not
+reported."""
 
 
 def join_channels(

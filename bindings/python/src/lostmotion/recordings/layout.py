@@ -22,16 +22,16 @@ from lostmotion.recordings.separators import CANDIDATES, STATED, Separator
 from lostmotion.units import is_unit
 
 COLUMNS_MAX = 16_384
-"""Columns of a table at most: as many as the widest sheets of spreadsheets have."""
+"""Largest number of columns of a table: that of the widest spreadsheets."""
 
 LOOKED_AT = (64, 4096)
-"""Numbers of lines that are examined first, and if no table begins in them."""
+"""Number of lines that are examined first, and then if no table begins in them."""
 
 BLANK_SHARE = 4
-"""How many lines are taken for every one that is examined: some are blank."""
+"""Number of lines that are read per line that is examined, because some are blank."""
 
 LEAST_LINES = 8
-"""Lines that are examined, however long they are."""
+"""Number of lines that are examined, however long they are."""
 
 LOOKED_AT_BYTES = 1 << 16
 """Length after which no more lines are examined than `LEAST_LINES`."""
@@ -79,10 +79,10 @@ OTHER_UNITS = frozenset(
         *("m/s", "m/s^2", "m/s2", "g", "rad/s", "deg/s", "°/s", "1/min", "kg", "t", "l/min"),
     )
 )
-"""Units of what is not read here, in small letters, which are in a line of units too."""
+"""Units of quantities that are not read, in lower case, which also occur in a line of units."""
 
 NO_UNIT = frozenset(("", "-", "--", "1", "none", "n/a", "[]", "()", "[-]", "(-)", "%"))
-"""What is in a line of units where there is none."""
+"""Marks of a missing unit in a line of units."""
 
 
 @dataclass(frozen=True)
@@ -188,7 +188,7 @@ class Trial:
         return share * agreeing * (1.0 if self.heading else 0.5), self.width
 
     def blocks(self) -> list[tuple[int, int]]:
-        """Runs of other lines that a row follows."""
+        """Sections of other lines before a row."""
         found, begin = [], None
         for i, row in enumerate(self.is_row):
             if row and begin is not None:
@@ -220,7 +220,7 @@ class Trial:
                 names += [""] * (self.width - len(names))
             stated = [name for name in names if name]
             if len(names) == self.width - 1 and self.counts_rows():
-                names = ["", *names]  # as R writes row names
+                names = ["", *names]  # as R writes tables with row names
             named = not any(map(is_value, stated)) or any(name in self.wanted for name in stated)
             if len(names) != self.width or len(stated) < 2 or not named:
                 continue
@@ -254,7 +254,8 @@ class Trial:
         _, place, names = max(titles)
         units: tuple[str, ...] = ("",) * self.width
         for _, other, cells in found:
-            # Above the names stands more than units; below them next to nothing else.
+            # Lines above the names may contain more than units; those below contain almost nothing
+            # else.
             share = 1.0 if other < place else 0.5
             if abs(other - place) == 1 and cells != names and are_units(cells, share):
                 units = tuple("" if c.lower() in NO_UNIT else without_brackets(c) for c in cells)

@@ -16,8 +16,8 @@ BINS = 24
 """Intervals of the torque, equally wide, in which the mean curve is the median."""
 
 PULSES = 0.1
-"""If the torque is nearly always within this small part of its range, it is held, with planned
-pulses.
+"""If the torque is nearly always within this small part of its range, it is constant with
+deliberate pulses.
 """
 
 BIN_SAMPLES = 5

@@ -24,7 +24,8 @@ FloatArray = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
 AGREEING_MIN = 2
-"""Cells that must agree on what a mark means: a damaged number alone looks like another format."""
+"""Least number of cells that agree on the meaning of a mark: a single damaged number looks like
+another format."""
 
 TEXT_SHARE = 0.1
 """Largest share of text in a column that is set aside. Chosen: messages of a failing sensor are
@@ -32,8 +33,8 @@ few; if every tenth cell is text, the column does not contain numbers.
 """
 
 JUMP_RATIO = 2.0
-"""How many times larger the largest step of the wrong reading is at least. At 999 to 1.000 it jumps
-by half the range of the wrong reading or more; a channel that is sampled steps by far less."""
+"""Least ratio of the largest steps of the wrong and the correct reading. From 999 to 1.000 the
+wrong reading jumps by at least half its range; the steps of a sampled channel are far smaller."""
 
 BILLION = 1_000_000_000
 
@@ -52,7 +53,8 @@ def patterns(mark: str) -> dict[str, str]:
     m, other = ("[.]", ",") if mark == "." else (",", "[.]")
     end = r"(?:[eEdD][+-]?[0-9]+)"
     return {
-        # Not three digits behind it, or what no group of thousands begins with, or an exponent.
+        # Not three digits after the mark, or a beginning that is not a group of thousands, or an
+        # exponent.
         "decimal": rf"^[+-]?(?:[0-9]*{m}(?:[0-9]{{0,2}}|[0-9]{{4,}})|(?:0[0-9]*|[0-9]{{4,}}|)"
         rf"{m}[0-9]{{3}}){end}?$|^[+-]?[0-9]+{m}[0-9]+{end}$",
         "either": rf"^[+-]?[1-9][0-9]{{0,2}}{m}[0-9]{{3}}$",
@@ -62,7 +64,7 @@ def patterns(mark: str) -> dict[str, str]:
 
 
 BLANK_GROUPS = rf"^[+-]?[0-9]{{1,3}}(?:[{GROUPS}][0-9]{{3}})+(?:[.,][0-9]*)?$"
-"""Thousands separated by a sign that is nothing else."""
+"""Thousands separated by a character that has no other meaning."""
 
 OTHER_MARK = {".": ",", ",": "."}
 
@@ -195,7 +197,7 @@ def decide_column(texts: Texts, mark: str) -> NumberStyle | None:
         return NumberStyle(mark, False, "the steps from row to row")
     ends = texts.mask(pc.match_substring_regex(texts.text, "0$")) & either
     if np.count_nonzero(ends) >= AGREEING_MIN:
-        # Decimals that end in 0 are of a fixed number, and then every number has them.
+        # Decimals that end in 0 have a fixed number of digits, and then every number has them.
         return NumberStyle(OTHER_MARK[mark], True, "numbers below 1000 without it")
     return None
 
@@ -259,7 +261,7 @@ def by_the_rest(
         if of_file is None and own is not None:
             return own.mark
         if of_file is None and doubtful == ".":
-            return "."  # the mark of this package's own files, and nothing against it
+            return "."  # as this package writes it, and nothing contradicts it
     elif count < AGREEING_MIN and (of_file == "." or doubtful == "."):
         return "."
     row = int(np.flatnonzero(either[doubtful])[0])

@@ -13,10 +13,10 @@ TURNING_SHARE = 0.98
 """Share of the input's motion that the output must explain for its ratio to be known."""
 
 JUMP = 10.0
-"""Steps of an angle above so many times its 90 % quantile are wraps, not motion."""
+"""Steps of an angle above this multiple of their 90 % quantile are wraps, not motion."""
 
 STEPS_LEAST = 10
-"""Fewest samples of a run that turns."""
+"""Least number of samples of a run that turns."""
 
 ALIKE = 0.01
 """Runs whose ratio differs by more than this share from their median lost turns, or are of another

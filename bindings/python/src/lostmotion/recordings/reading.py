@@ -59,14 +59,15 @@ OTHER_SUFFIXES = (
     *(".npz", ".npy", ".mat", ".h5", ".hdf5", ".tdms", ".mf4", ".mdf", ".pdf", ".png", ".jpg"),
     *(".zip", ".7z", ".tar", ".tgz", ".rar", ".svg", ".py", ".c", ".h", ".bin", ".so", ".exe"),
 )
-"""File names that are no texts with separators; others are read where they are given by name."""
+"""Suffixes of files that are not text with separators; all others are read if they are named
+explicitly."""
 
 RUNS_MAX = 2_000
-"""Runs of a file at most, and files of a campaign. Chosen: a day and more of loops of a minute; a
-column with more labels counts something else, and every run is judged alone."""
+"""Largest number of runs of a file, and of files of a campaign. Chosen: a day and more of loops of
+a minute; a column with more labels counts something else, and every run is checked separately."""
 
 LABEL_MAX = 200
-"""Characters of the label of a run."""
+"""Largest number of characters of a run label."""
 
 RATIO_EXPECTED = (
     "the ratio, which a drive file states and a blob does not (in Python ratio=), or "
@@ -81,8 +82,8 @@ MISSING_ACTION = "only other runs have the column; not used"
 """Action for a quantity that only some runs have."""
 
 COPY_ROWS_LEAST = 50
-"""Samples from which a run that repeats another in every digit is a copy. Chosen: a test by hand
-has up to 30 readings, and those of a coarse gauge may be the same again."""
+"""Least number of samples of a run that counts as a copy if it equals another run in every digit.
+Chosen: a manual test has up to 30 readings, and a coarse gauge may show the same ones again."""
 
 SINGLE_ACTION = "a run of one sample, left out: it contains no motion"
 
@@ -277,7 +278,7 @@ def read_runs(
     if rows == 0:
         raise InputError(name, "", "no rows", "at least one sample")
     if ratio is None and protocol.locked == "input" and "input_angle" not in chosen:
-        ratio = 1.0  # of an input that is at rest, whatever it is
+        ratio = 1.0  # the input is at rest, so that any ratio will do
     if "lost_motion" not in numbers and ratio is None:
         raise InputError(name, "input_angle_rad", "no ratio", RATIO_EXPECTED)
 
@@ -475,7 +476,7 @@ def run_codes(
         values = pc.if_else(pc.equal(texts, ""), pa.scalar(None, texts.type), texts)
         lost = pc.is_in(pc.utf8_lower(texts), value_set=pa.array(MISSING, texts.type))
         known = pc.if_else(lost, pa.scalar(None, texts.type), texts)
-        if inside_runs(known):  # else they are names of runs
+        if inside_runs(known):  # otherwise they are names of runs
             values = known
     if values.null_count:
         row = int(np.flatnonzero(values.is_null().to_numpy(zero_copy_only=False))[0])
@@ -505,7 +506,7 @@ def run_codes(
             row = int(np.flatnonzero(codes == code)[0])
             found = f"a label of {len(label)} characters in {place(row)}"
             raise InputError(file, column, found, f"at most {LABEL_MAX}")
-    # Labels that were written apart, as 1 and 1.0, may be one.
+    # Labels that are written differently, such as 1 and 1.0, may be equal.
     unique = {label: i for i, label in enumerate(dict.fromkeys(labels))}
     same = np.array([unique[label] for label in labels], dtype=np.intp)
     return (same[codes] if same.size else codes), list(unique)

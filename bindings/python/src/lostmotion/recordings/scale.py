@@ -21,7 +21,7 @@ SCALE_SHARE = 0.5
 """Least share of the lost motion that its own curve must explain for a meaningful scale."""
 
 TINY = float(np.finfo(np.float64).tiny)
-"""Below it a ratio of two sums says nothing more."""
+"""Below it the ratio of two sums has no meaning."""
 
 MISTAKEN = (
     (math.pi / 180, "degrees taken for radians"),

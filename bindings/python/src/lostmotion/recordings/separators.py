@@ -7,13 +7,13 @@ import re
 from dataclasses import dataclass
 
 BLANK_FIELD = re.compile(r'"[^"]*"(?=\s|$)|[0-9]{4}-[0-9]{2}-[0-9]{2} +(?=[0-9]{1,2}:)\S+|\S+')
-"""A field between blanks; a date and the time of day behind it are one."""
+"""A field between blanks; a date and the time of day after it are one field."""
 
 BLANK_PART = re.compile(r'"[^"]*"(?=\s|$)|\S+')
-"""A field between blanks; a date and the time of day are two."""
+"""A field between blanks; a date and the time of day are two fields."""
 
 BLANK_NAME = re.compile(r'"[^"]*"|[^\s\[(]+(?:[ \t]*(?:\[[^\]]*\]|\([^)]*\)))?|\S+')
-"""A name between blanks, with its unit in brackets behind it."""
+"""A name between blanks, with its unit in brackets after it."""
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ CANDIDATES = (
     Separator(" "),
     Separator(" ", joined=True),
 )
-"""What is tried, the most usual first."""
+"""Separators that are tried, the most usual first."""
 
 STATED = re.compile(r'\s*"?sep=([,;|\t])"?\s*', re.IGNORECASE)
 """A first line that states the separator, for spreadsheets."""

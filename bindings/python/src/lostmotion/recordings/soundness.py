@@ -58,12 +58,12 @@ DUPLICATE_ACTION = "kept in file order"
 COPIED_ACTION = "rows that repeat another one in every column; counted once"
 
 REGULAR = (0.01, 0.1)
-"""A clock is regular where all but this share of its steps are within this share of the usual one:
-loggers that wait between readings jitter by some hundredths."""
+"""A clock is regular if at most the first share of its steps deviates from the usual step by more
+than the second share: loggers that wait between readings jitter by some hundredths."""
 
 EARLY_SHARE = 0.5
-"""A step of a regular clock below this share of the usual one is none of its own: nearer to no step
-than to one."""
+"""A step of a regular clock below this share of the usual step is a fault: it is nearer to zero
+than to a full step."""
 
 BACKWARD_ACTION = "kept in file order; if another recording begins there, mark it in a column run"
 """Action for decreasing time, and its usual cause."""
@@ -122,7 +122,8 @@ def sound_run(
     if copied.any():
         note("duplicate_time", "time_s", int(np.count_nonzero(copied)), COPIED_ACTION)
         usable &= ~copied
-    # Over all other rows: where some are left out, a step is longer than the encoder made it.
+    # Over all other rows: if rows are left out, the remaining steps are longer than those of the
+    # encoder.
     log = Log(columns, np.flatnonzero(usable))
     columns = dict(columns)
     complete_angles(columns, misread, ratio, note, counters)
@@ -164,8 +165,8 @@ def copied_rows(
 ) -> npt.NDArray[np.bool_]:
     """Mark the rows that repeat an earlier one in every column: one sample, written again.
 
-    Where samples that differ have one stamp the clock is coarse, and rows that are the same may be
-    samples of a drive at rest.
+    If different samples have the same stamp, the clock is coarse, and equal rows may be samples of
+    a drive at rest.
     """
     time_s, copied = columns["time"], np.zeros(usable.size, dtype=bool)
     rows = np.flatnonzero(usable)
@@ -326,7 +327,7 @@ def check_ratio(campaign: Campaign, ratio: float | None) -> None:
     for run in campaign.runs:
         if not {"input_angle", "output_angle"} <= run.columns.keys():
             continue
-        # Where the ratio is wrong it did not put the turns back: each encoder by itself.
+        # With a wrong ratio the turns were not restored: each encoder is unwrapped separately.
         put_in, _ = unwrap(run.columns["input_angle"])
         out, _ = unwrap(run.columns["output_angle"])
         turned = float(np.ptp(out))

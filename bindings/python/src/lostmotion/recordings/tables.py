@@ -13,7 +13,8 @@ from typing import Any, Protocol
 from lostmotion.recordings.findings import Finding
 
 CELLS_SHOWN = 8
-"""First cells of a column, which tell dates from numbers before the column is read."""
+"""Number of first cells of a column that distinguish dates from numbers before the column is
+read."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,7 @@ class Rows:
     findings : list of Finding
         What was set aside.
     blocks : tuple of int
-        Rows that a blank line stands before.
+        Rows after a blank line.
     """
 
     columns: dict[int, Any]

@@ -30,22 +30,22 @@ HEAD_BYTES = 1 << 20
 """Size of the beginning of a text in which its table must start."""
 
 LINES_SHARE = 0.5
-"""Share of lines that may not fit: where most do not, the layout is not what was found."""
+"""Largest share of lines that may not fit: if most do not, the layout was not recognised."""
 
 BLOCK_BYTES = 1 << 20
-"""Text that Arrow reads at a time, at least; a line must fit."""
+"""Least amount of text that Arrow reads at a time; a line must fit into it."""
 
 WRAPPED_LINES = 8
-"""Lines at the beginning that show whether every line is wrapped."""
+"""Number of lines at the beginning that show whether every line is wrapped."""
 
 QUOTED_LINE = re.compile(rb'"(?:[^"]|"")*[,;\t|](?:[^"]|"")*"')
-"""A row in quotes: a table that was saved as one of a single column."""
+"""A row in quotes: a table that was saved as a table of a single column."""
 
 STAMPED_LINE = re.compile(rb"(?m)^\[?[0-9]{1,2}:[0-9]{2}:[0-9]{2}(?:[.,][0-9]+)?\]? ?-> ?")
 """A time of day and an arrow, as monitors of serial lines put them before every line."""
 
 LINES_KEPT = 1000
-"""Lines that do not fit of which the text is kept; beyond them most are looked for no further."""
+"""Largest number of lines that do not fit whose text is kept; further ones are not examined."""
 
 NUL_CELL = "NUL"
 """Replacement of a cell with NULs."""
@@ -151,7 +151,7 @@ class TextTable:
         return None if torn else table
 
     def blocks(self) -> tuple[int, ...]:
-        """Rows that a blank line stands before."""
+        """Rows after a blank line."""
         if not self.blank:
             return ()
         self.place(0)

@@ -74,10 +74,11 @@ temperature and a lag of one sample stay below a factor of three.
 """
 
 DEPARTED_MAX = 0.4
-"""Largest share of a run in departures: if it is half, it is unknown which half departed."""
+"""Largest share of a run in departures: with half of it, the departed half is unknown."""
 
 ERRATIC = 0.2
-"""Usual step within a departure, as a share of it, above which the readings are erratic."""
+"""Usual step within a departure, relative to the departure, above which the readings are
+erratic."""
 
 GAP = 2
 """Largest number of successive readings within such a stretch that are plausible by chance."""
@@ -93,7 +94,8 @@ and a counter increases. A force or a moment may be applied in pulses.
 """
 
 PLAUSIBLE_SHARE = 0.01
-"""Least burst in that range: 2.6 K, more than one step of the coarsest sensors."""
+"""Least size of a burst relative to that range: 2.6 K, more than one step of the coarsest
+sensors."""
 
 LEFT_OUT = "outliers; rows left out"
 NOT_USED = "outliers; the column is not used for these rows"
@@ -339,12 +341,12 @@ def standing_out(values: FloatArray, burst: IntArray, found: BoolArray) -> float
 
 
 def wild_values(values: FloatArray, plausible: tuple[float, float] | None, slow: bool) -> BoolArray:
-    """Mark the wild values of a column that nothing checks; `slow` is one of `SLOW`."""
+    """Mark the outliers of a column that no other column checks; `slow` is one of `SLOW`."""
     wild = np.zeros(values.size, dtype=bool)
     known = np.isfinite(values)
     if plausible is not None:
         beyond = known & ((values < plausible[0]) | (values > plausible[1]))
-        # Where most are, it is another unit or another sensor, and no sample is wild.
+        # If most values are, the unit or the sensor is different, and no sample is an outlier.
         if np.count_nonzero(beyond) < 0.5 * np.count_nonzero(known):
             wild |= beyond
     rows = np.flatnonzero(known & ~wild)

@@ -93,7 +93,7 @@ def loops(
 def scatter_runs(
     figure: Any, xs: Sequence[FloatArray], ys: Sequence[FloatArray], labels: Sequence[int | str]
 ) -> None:
-    """Add the samples of every run as dots, one trace a run."""
+    """Add the samples of every run as dots, one trace per run."""
     total = sum(x.size for x in xs)
     for x, y, label in zip(xs, ys, labels, strict=True):
         kept = drawn(x.size, total)

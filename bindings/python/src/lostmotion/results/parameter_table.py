@@ -92,11 +92,11 @@ class ParameterTable(Mapping[str, Parameter]):
         self._by_name = {one.name: one for one in parameters}
 
     def __getitem__(self, name: str) -> Parameter:
-        """Give one by its name."""
+        """Return a parameter by its name."""
         return self._by_name[name]
 
     def __iter__(self) -> Iterator[str]:
-        """Walk the names."""
+        """Iterate over the names."""
         return iter(self._by_name)
 
     def __len__(self) -> int:
