@@ -280,9 +280,7 @@ def features_of(drive: Drive) -> list[Feature]:
 def price(
     usual: tuple[tuple[float, float], ...] | None, at: Sequence[tuple[float, float]]
 ) -> float:
-    """Cost of a field relative to that of grade 7; the cost of a gear is that of its infeed, its
-    last link.
-    """
+    """Cost of a field relative to grade 7; for a gear, that of its infeed, its last link."""
     assert usual is not None
     wide, here = (links[-1][1] - links[-1][0] for links in (usual, at))
     return float((wide / here) ** COST_EXPONENT)

@@ -376,9 +376,7 @@ def _torsion_curve(
 
 
 def _fitted_plays(drive: Drive, pattern: str) -> list[Play]:
-    """The operators of a fit from the pattern of their weights; those with zero weight are left
-    out.
-    """
+    """The operators of a fit by the pattern of their weights, without those of zero weight."""
     radii = fit_values(drive, PLAY_RADIUS)
     weights = fit_values(drive, pattern)
     widening = fit_values(drive, PLAY_WIDENING)

@@ -1,4 +1,4 @@
-"""Tasks of a search that an executor does: a pool of `concurrent.futures`, or a Dask client."""
+"""Tasks of a search that run in an executor: a pool of `concurrent.futures`, or a Dask client."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from lostmotion.design.tasks import build_mark, do_task
 from lostmotion.errors import LostMotionError
 
 TICK_SECONDS = 0.2
-"""Between two calls of `progress`, and how soon `stop` is seen."""
+"""Time between two calls of `progress`, and largest delay of a response to `stop`."""
 
 RETRIES = 20
-"""Workers that one task of a cluster may lose."""
+"""Largest number of workers that a task of a cluster may lose."""
 
 
 class ExecutorWork:

@@ -57,7 +57,7 @@ def kept_link(
             entry["tolerance_class"] = f"{link.letter}{round(grade)}"
         else:
             entry["it_grade"] = round(grade)
-            # A drive file has no position of the field: its deviation says the same.
+            # A drive file does not state the position of the field; a deviation expresses it.
             width = numbers["upper_mm"] - numbers["lower_mm"]
             usual = {"hole": 0.0, "shaft": -width}.get(entry["kind"], -width / 2)
             offset = numbers["lower_mm"] - usual if link.placed else link.offset_mm

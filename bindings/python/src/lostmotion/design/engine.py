@@ -88,7 +88,7 @@ def keys() -> dict[str, int]:
 
 @cache
 def rival_keys() -> dict[str, str]:
-    """Keys of which each states the same quantity as another."""
+    """Pairs of keys that state the same quantity."""
     _, lib = engine()
     names = {key: name for name, key in keys().items()}
     return {

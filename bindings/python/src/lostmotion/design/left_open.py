@@ -89,7 +89,7 @@ def value_taken(
 
 
 def stated_keys(document: Mapping[str, Any], said: Mapping[str, str]) -> dict[str, str]:
-    """Return what a spec states: the keys of its variables, and those of [search] themselves."""
+    """Return the keys that a spec states: of its variables, and directly in [search]."""
     search = document["search"]
     heads = {f"search.{re.sub('_[A-Za-z]*Nm$', '_Nm', key)}": key for key in search}
     cost = search.get("cost", {})

@@ -10,7 +10,7 @@ from lostmotion.design.engine import FATES, STAGES, engine, figure_value
 from lostmotion.design.result import Designs
 
 OnProgress = Callable[[dict[str, Any]], None]
-"""What informs a caller."""
+"""Type of the callback that receives the progress."""
 
 FRONT_SHOWN = 500
 """Largest number of designs of the front in a report."""

@@ -66,14 +66,15 @@ MARGIN_UNITS = {
 """Units of the margins; the others are shares of the limit."""
 
 PICTURES_MAX = 40
-"""Designs of the front with a picture and a drive file; the others have their numbers."""
+"""Number of designs of the front with a picture and a drive file; the others have only their
+numbers."""
 
 PICTURE_PX = (420.0, 150.0)
 PICTURE_PITCHES = 11.0
-"""Size of a picture, and how many teeth it shows."""
+"""Size of a picture, and number of teeth in it."""
 
 LISTED_MAX = 400
-"""Combinations listed on the page; the file has all."""
+"""Largest number of combinations listed on the page; the file has all."""
 
 SHORTENED = 1e-9
 """Contributions to lost motion below this are not shown, arcmin."""
@@ -300,7 +301,7 @@ def _history_figure(result: SearchResult) -> Figure:
     with (result.folder / "history.csv").open(encoding="utf-8", newline="") as stream:
         rows = list(csv.DictReader(stream))
     at = np.array([float(row["evaluations"]) for row in rows])
-    # Before the first design that keeps all limits there is no best: its cell is empty.
+    # Before the first feasible design there is no best one: its cell is empty.
     best = np.array([float(row["best"] or math.nan) for row in rows])
     name, unit = result.objectives[0], result.units[0]
     if result.larger_is_better[0]:
@@ -325,7 +326,7 @@ def _history_figure(result: SearchResult) -> Figure:
     )
 
 
-# --- why ------------------------------------------------------------------------------------------
+# --- comparison with the textbook design ----------------------------------------------------------
 
 
 def _why_section(result: SearchResult, context: Context, drive: Drive) -> Section:
@@ -565,7 +566,7 @@ def _shares_figure(result: SearchResult, seen: Mapping[str, Any]) -> Figure:
     )
 
 
-# --- the account ----------------------------------------------------------------------------------
+# --- summary --------------------------------------------------------------------------------------
 
 
 def _combination_lines(folder: Path) -> list[str]:

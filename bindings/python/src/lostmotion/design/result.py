@@ -231,7 +231,7 @@ class Designs:
             try:
                 values, margins = self.measure(one.combination, one.unit)
                 document = self.drive(one.combination, one.unit, f"{self.spec.name}, {i + 1}")
-            except ValueError:  # a point that was damaged to test the search
+            except ValueError:  # a point that a test has made invalid
                 continue
             out.append(
                 {

@@ -25,8 +25,8 @@ from lostmotion.files import write_whole
 DONE, FAILED, BAD_INPUT, STOPPED = 0, 1, 2, 130
 
 RUNNING: dict[str, object] = {}
-"""Run folders of this process by their real path. Its journal is locked against other processes
-only, and opening it once more would end the lock."""
+"""Run folders of this process by their real path. A journal is locked only against other processes,
+and opening it again in this process would release the lock."""
 
 
 def search(
@@ -47,7 +47,7 @@ def search(
     spec_path : path
         Search spec, TOML.
     run_folder : path
-        Gets ``best.toml``, ``front.csv``, ``history.csv``, ``report.html`` and the journal.
+        Receives ``best.toml``, ``front.csv``, ``history.csv``, ``report.html`` and the journal.
     resume : bool
         Continue the search in the folder; the result is the same as without the interruption.
     workers : int, optional

@@ -80,7 +80,7 @@ class Spec:
     objectives : tuple of int
         By `lm_figure`.
     workers, dask
-        As the file says; None where it does not.
+        As stated in the file, else None.
     assumed : dict
         Default values of keys that the file does not state, by dotted key.
     links : list of ToleranceLink
@@ -132,7 +132,7 @@ def parse_spec(document: Mapping[str, Any], file: str = "spec") -> Spec:
     numbers = {k: v for k, v in search.items() if k != "objectives"}
     head = read_keys(file, "search", numbers, search_keys(), tables=TABLES)
     drive = read_keys(file, "drive", document.get("drive", {}), DRIVE_KEYS)
-    # In the order in which the optimizer needs its statements.
+    # In the order in which the optimizer requires the statements.
     objectives = read_objectives(out)
     state_head(out, head)
     ratio, sign = ratio_window(out, drive)
@@ -265,7 +265,7 @@ def state_rated_torque(
         rated = float(drive["rated_torque"].value)
         place = drive["rated_torque"].place
     else:
-        # A size that no gear has is refused by its own key, not by the torque of it.
+        # An impossible size is reported for its own key, not for the torque derived from it.
         usual = TORQUE_PER_D3 * variables.diameter_mm**3
         _, lib = engine()
         rated = min(max(usual, lib.LM_RATED_LEAST_NM), lib.LM_RATED_MOST_NM)
@@ -276,7 +276,7 @@ def state_rated_torque(
 
 
 def read_limits(out: Statements) -> None:
-    """State [search.limits], all but the ratio."""
+    """State [search.limits] except the ratio."""
     _, lib = engine()
     names = list(limit_names()[lib.LM_LIMIT_SAFETY :])
     for written, value in out.table("limits").items():

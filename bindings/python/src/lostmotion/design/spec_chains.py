@@ -21,7 +21,7 @@ from lostmotion.structs import GENERATORS, make_drive
 
 
 def state_chains(out: Statements, variables: Variables, sign: int, rated_Nm: float) -> None:
-    """Members of the chains, as values of the drive in the middle of the ranges."""
+    """State the members of the chains for the drive in the middle of the ranges."""
     design = out.document.get("design", {})
     chains = {n: design[n] for n in ("radial_chain", "torsion_chain") if n in design}
     if not chains:

@@ -17,7 +17,7 @@ from lostmotion.keys import Key, TableEntry, as_in_file, read_keys
 from lostmotion.structs import DISTRIBUTIONS, ZONES, Entry, class_of
 
 POSITIONS = {"hole": (1.0, 0.5), "shaft": (-1.0, -0.5), "link": (1.0, 0.0)}
-"""Sign of the influence, and the middle of a field that starts at zero, in fields."""
+"""Sign of the influence, and the middle of a field that starts at zero, in widths of the field."""
 
 GRADES = (3, 12)
 """Finest and coarsest ISO tolerance grade of a search."""

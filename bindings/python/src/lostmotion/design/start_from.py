@@ -51,7 +51,7 @@ def begin_with(out: Statements, folder: str) -> None:
         found = f"no design of {front} in the ranges and choices"
         raise out.refuse(place, found, "the folder of a search of such designs")
     most = min(engine()[1].LM_START_MAX, len(starts))
-    for i in range(most):  # spread over the front, both ends among them
+    for i in range(most):  # spread over the front, including both ends
         out.say(place, "start", *starts[i * (len(starts) - 1) // max(most - 1, 1)])
 
 

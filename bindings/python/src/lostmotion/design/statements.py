@@ -60,7 +60,7 @@ class Statements:
 
     @property
     def text(self) -> str:
-        """What the optimizer reads."""
+        """Text that the optimizer reads."""
         return "\n".join(self.lines) + "\n"
 
     def check(self, said: Mapping[str, str]) -> None:

@@ -36,9 +36,8 @@ TORQUE_PER_D3 = 40 / 50**3
 """Rated torque in N m over the cube of the pitch diameter in mm: 40 N m at size 20, 50 mm."""
 
 RATIO_EXPONENT = 0.7
-"""Rated torque over ratio below 100: catalogues give size 20 15, 25, 34, 40 N m at 30, 50, 80, 100.
-
-Above 100 it stays.
+"""Exponent of the ratio in the rated torque, below ratio 100: catalogues state 15, 25, 34, 40 N m at
+ratios 30, 50, 80, 100 for size 20. Above 100 the torque is constant.
 """
 
 WIDTH_PER_D = 0.2
@@ -92,7 +91,7 @@ def textbook(teeth: float, external: bool, module_mm: float, ratio: float) -> di
     """
     if external:
         x1, x2, kappa, depth = 3.0, 3.05, 0.95, 1.2
-        # The ring turns inwards: the rigid gear has the shift that is named second.
+        # The ring deforms inwards: the second shift is that of the rigid gear.
     else:
         x1 = 3 + 0.01 * teeth
         kappa = 0.89 + 8e-5 * teeth
@@ -214,7 +213,7 @@ def _mend(document: dict[str, Any]) -> None:
     fatigue = margin("safety_factor", rim, "rim_thickness_mm")
     _nearest(fatigue, thick, RIM_LEAST * diameter)
     if fatigue(rim["rim_thickness_mm"]) < 0:
-        # A longer cup opens less at its edge.
+        # The edge of a longer cup opens less.
         shortest = USUAL_LENGTH * diameter
         _nearest(margin("safety_factor", rim, "length_mm"), shortest, LONGEST * diameter)
     wave = design["generator"]
@@ -231,7 +230,7 @@ def _nearest(margin: Callable[[float], float], start: float, end: float) -> None
     for _ in range(HALVINGS):
         middle = (kept + broken) / 2
         kept, broken = (middle, broken) if margin(middle) >= 0 else (kept, middle)
-    step = 10.0**-DIGITS  # rounded to the side that keeps it
+    step = 10.0**-DIGITS  # rounded towards the side that passes
     digits = round(kept / step + (0.5 if end > start else -0.5)) * step
     margin(round(digits, DIGITS))
 

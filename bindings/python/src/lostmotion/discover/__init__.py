@@ -1,6 +1,4 @@
-"""Diagnosis of missing effects: joint refits of baseline model and candidates, judged run by
-run.
-"""
+"""Diagnosis of missing effects by joint refits of baseline and candidates, judged run by run."""
 
 from lostmotion.discover.answer import Diagnosis
 from lostmotion.discover.diagnosis import diagnose

@@ -216,8 +216,7 @@ def form_beside(
 
 
 def better_than_forms(with_effect: BaselineModel) -> bool:
-    """Whether the last effect of a model predicts left-out runs better than any form of the
-    hysteresis.
+    """Whether the last effect of a model predicts left-out runs better than any form.
 
     The forms are those of the hysteresis of the same model without the effect.
     """

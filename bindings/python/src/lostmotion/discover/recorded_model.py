@@ -181,8 +181,9 @@ class RecordedModel(GrowingModel):
         return None if found is None else self.beside_form_error(found)
 
     def beside_form_error(self, found: Contender) -> Contender | None:
-        """Estimate the form error with an effect that was fitted without it. None if a large form
-        error remains, or if another form of the hysteresis predicts as well.
+        """Estimate the form error together with an effect that was fitted without it.
+
+        None if a large form error remains, or if another form of the hysteresis predicts as well.
         """
         base, noise = model_of(found), self.noise
         settled = settle(with_form_error(base, noise, self.candidates(base)[0]), noise)
@@ -261,9 +262,10 @@ class RecordedModel(GrowingModel):
         return leads + [Lead(alike, result, None) for result in strong]
 
     def in_place_of_form(self, leads: list[Lead], count: int) -> list[Lead]:
-        """Add effects that depend only on the load, judged without a form error. Together with a
-        form error such effects explain almost nothing. One of them is found if no form error that
-        counts remains with it.
+        """Add effects that depend only on the load, judged without a form error.
+
+        Together with a form error such effects explain almost nothing. One of them is found if no
+        form error that counts remains with it.
         """
         if self.now.base.form_error is None:
             return leads

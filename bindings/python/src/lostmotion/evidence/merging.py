@@ -156,8 +156,6 @@ def merge_grams(
 
 
 def places(evidence: Evidence, common: Sequence[str]) -> IntArray:
-    """Places of the columns of the baseline model, of the scattering columns, of some blocks and of
-    the residual.
-    """
+    """Places of the baseline, scattering and residual columns, and of those of some blocks."""
     parts = [evidence.fixed, evidence.scatter, *(evidence.blocks[name] for name in common)]
     return np.concatenate([*parts, [evidence.response]]).astype(np.intp)

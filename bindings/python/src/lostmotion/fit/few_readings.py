@@ -93,9 +93,7 @@ class FewReadings:
         return residual
 
     def table(self) -> tuple[list[str], FloatArray, FloatArray]:
-        """Values by the names of a drive file, and their covariance, which fixed values do not
-        have.
-        """
+        """Values by the names of a drive file, and the covariance of the estimated ones."""
         curve, fit = self.base.curve, self.fit
         stretches = curve.slopes.size
         kept = [(filed, filed.of(self.base)) for filed in TABLE]

@@ -63,9 +63,7 @@ class FormError:
 
     @property
     def p(self) -> float:
-        """Probability of such a gain without a form error: half of chi squared, because a variance
-        is not negative.
-        """
+        """Probability of such a gain without a form error: half of chi squared (one-sided)."""
         return 0.5 * float(special.chdtrc(1, 2.0 * self.gain))
 
     @property

@@ -1,4 +1,4 @@
-"""Reports: one HTML file with figures, their data, and how it was made.
+"""Reports: one HTML file with figures, their data, and the command that made it.
 
 The file needs no network: figures are SVG, data are CSV links, both inside the page. Only residual
 plots and the trade-off of a design search use scripts.
@@ -29,7 +29,7 @@ __all__ = [
 def write_report(
     file: str | Path, title: str, lead: str, sections: Sequence[Section], command: str
 ) -> None:
-    """Write a report, whole or not at all.
+    """Write a report atomically.
 
     Parameters
     ----------

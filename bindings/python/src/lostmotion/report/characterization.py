@@ -119,7 +119,7 @@ def middled(result: Characterization) -> np.ndarray:
     samples, fit = result.figures.samples, result.figures.fit
     assert fit is not None
     left = samples.angle_rad - fit.angle(samples.torque_Nm)
-    # Both branches count equally in the middle of a loop, however long each is.
+    # Both branches have equal weight in the middle of a loop, regardless of their lengths.
     balance = np.zeros(samples.loops)
     for loop in range(samples.loops):
         here = samples.loop == loop

@@ -65,19 +65,19 @@ class Axes:
     y_range: tuple[float, float]
 
     def x(self, value: npt.ArrayLike) -> Array:
-        """Place of numbers across."""
+        """Horizontal positions of numbers."""
         left, _, width, _ = self.box
         low, high = self.x_range
         return np.asarray(left + (np.asarray(value, dtype=float) - low) / (high - low) * width)
 
     def y(self, value: npt.ArrayLike) -> Array:
-        """Place of numbers up."""
+        """Vertical positions of numbers."""
         _, top, _, height = self.box
         low, high = self.y_range
         return np.asarray(top + (high - np.asarray(value, dtype=float)) / (high - low) * height)
 
     def points(self, x: npt.ArrayLike, y: npt.ArrayLike) -> Array:
-        """Places of points, shape (n, 2)."""
+        """Positions of points, shape (n, 2)."""
         return np.column_stack((self.x(x), self.y(y)))
 
     def frame(
@@ -97,7 +97,7 @@ class Axes:
         x_step, y_step : float, optional
             Distance of the ticks; by default chosen for the size.
         x_numbers : bool
-            False where another chart below carries the numbers.
+            False if another chart below has the numbers.
         ticks : tuple, optional
             Approximate number of ticks in each direction; none with 0.
         """

@@ -30,7 +30,7 @@ NAMES = {
     "torsion": "torsion, eq. (5)",
     "tooth_bending": "tooth bending, eq. (6), (7)",
 }
-"""The contributions as the legend names them."""
+"""The contributions, with their names in the legend."""
 
 FILLS = {
     "radial_gap": "#ee8866",
@@ -39,7 +39,8 @@ FILLS = {
     "torsion": "#eedd88",
     "tooth_bending": "#aa4499",
 }
-"""Paul Tol's light colours (and his wine), made for areas; neighbours differ for every eye."""
+"""Paul Tol's light colours (and his wine), made for areas; neighbours are distinct for all types of
+colour vision."""
 
 ZOOM_SHARE = 0.1
 """Half width of the magnified part relative to the rated torque."""
@@ -75,7 +76,7 @@ class Contributions:
         return np.asarray(sum(self.parts_arcmin[part] for part in PARTS))
 
     def at(self, values: Array, torque_Nm: float) -> float:
-        """Read a curve at a torque."""
+        """Interpolate a curve at a torque."""
         return float(np.interp(torque_Nm, self.torque_Nm, values))
 
 
@@ -86,7 +87,7 @@ def picture_torques(rated_Nm: float, ends: Array | None = None) -> Array:
     ----------
     rated_Nm : float
     ends : ndarray, optional
-        Torques that must be among them, as T1 and T2 of a catalogue.
+        Torques that must be among them, such as T1 and T2 of a catalogue.
     """
     share = np.linspace(0.0, 1.0, 129)[1:]
     positive = 2.0 * rated_Nm * share**1.7
@@ -249,7 +250,8 @@ def _mark_reversal(axes: Axes, data: Contributions) -> None:
     lines = ["reversal lost", f"motion {high - low:.3f}′", f"at ±{written(torque)} N·m"]
     if bottom - middle < 60.0:
         lines = ["lost motion", f"{high - low:.3f}′"]
-    # The dimension stands where the lower right is free, its text beside the axis of no torque.
+    # The dimension is at the lower right, where there is room; its text is beside the axis of zero
+    # torque.
     room = 18.0 + 1.1 * max(text_width(line, SMALL_SIZE) for line in lines)
     at = max(float(axes.x(0.66 * axes.x_range[1])), float(axes.x(0.0)) + room)
     d.line((right, top, at + 6, top), SOFT, 1.0)

@@ -40,10 +40,10 @@ from lostmotion.report.wording import (
 )
 
 CANDIDATES_SHOWN = 12
-"""Candidates in the table; the JSON answer has all."""
+"""Largest number of candidates in the table; the JSON answer has all."""
 
 VALUES_SHOWN = 3
-"""Values of a candidate in the table."""
+"""Largest number of values of a candidate in the table."""
 
 
 def verdict_sentence(answer: Mapping[str, Any]) -> str:
@@ -121,7 +121,7 @@ def diagnosis_section(drive: Drive, found: Diagnosis, files: Sequence[str | Path
         blocks.append(Notes("About the data", findings))
     blocks.append(ladder_figure(answer["ladder"], floor, drive.name))
     blocks.append(overlay_figure(before, after, floor, drive.name))
-    if selection is None:  # few readings: nothing was tested
+    if selection is None:  # few readings: no effect was tested
         return section
     residuals = [("baseline", before.residual())]
     if added:

@@ -34,13 +34,13 @@ from lostmotion.report.wording import with_signs, words
 IntArray = npt.NDArray[np.intp]
 
 ROWS_SHOWN = 6
-"""Candidates whose gain of every run is drawn."""
+"""Largest number of candidates whose gain of every run is drawn."""
 
 ALIKE_SHOWN = 10
-"""Effects whose angles are drawn."""
+"""Largest number of effects whose angles are drawn."""
 
 SHAPE_BINS = 160
-"""Bins of what a shape depends on."""
+"""Bins of the quantity on which a shape depends."""
 
 
 def cut_to_width(text: str, room: float) -> str:

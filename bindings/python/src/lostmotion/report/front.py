@@ -50,7 +50,7 @@ def draw_front(
     axes_of: tuple[int, int] = (0, 1),
     picked: int | None = None,
 ) -> str:
-    """Draw a front; every dot carries its number in ``data-design`` and its values as a title.
+    """Draw a front; every dot has its number in ``data-design`` and its values as a title.
 
     Parameters
     ----------

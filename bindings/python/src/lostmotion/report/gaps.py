@@ -15,8 +15,8 @@ from lostmotion.units import ARCMIN
 FORWARD, BACKWARD = BLUE, ORANGE
 
 ROOM = 1.7
-"""Height of the picture over the widest gap of a closing flank: the other flank of the far teeth
-opens to ten times that, and is cut off."""
+"""Height of the picture relative to the widest gap of a closing flank: the other flank of the far
+teeth opens to ten times that gap and is cut off."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Gaps:
     Attributes
     ----------
     forward, backward : list of Flank
-        One an axial section.
+        One per axial section.
     limit_deg : float
         Only teeth within this angle of the axis can carry load.
     """
@@ -68,7 +68,7 @@ class Gaps:
 
 
 def collect_gaps(model: DesignModel, name: str, phase_rad: float = 0.0) -> Gaps:
-    """Take the clearances of all teeth of a design at a tooth phase of the wave generator."""
+    """Compute the clearances of all teeth of a design at a tooth phase of the wave generator."""
     table = model.clearances(phase_rad)
     sides: list[list[Flank]] = []
     for gap, radius in (

@@ -58,7 +58,8 @@ def draw_ladder(rungs: Sequence[Mapping[str, Any]], floor_arcsec: float, width: 
     end = float(axes.x(floor_arcsec))
     drawing.rectangle(left, top, end - left, height, FLOOR)
     axes.frame("", "", ticks=(width / 110, 0.0))
-    # Under the numbers beside the bars too: in the workbench the axis alone is too short for it.
+    # The label may extend below the numbers beside the bars: in the workbench the axis is too short
+    # for it.
     under = f"rms, arcsec (grey: noise floor {with_zeros(floor_arcsec)})"
     drawing.text(width - left, top + height + 34, under, size=SMALL_SIZE, anchor="end")
     drawing.line((end, top, end, top + height), FAINT, 1.0, "3 3")

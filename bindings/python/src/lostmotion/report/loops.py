@@ -34,13 +34,13 @@ GROUPS_SHOWN = 2
 """Number of loop sizes drawn: the largest and the smallest."""
 
 LOOP_LEAST = 0.02
-"""Runs whose torque moves by less than this share of the largest are no loops (a drive that turns):
-here they are drawn only when there is nothing else."""
+"""Runs whose torque varies by less than this share of the largest are not loops (a drive that
+turns): they are drawn only if there are no others."""
 
 LOST_MOTION = "lost motion, arcmin"
 
 RUNS_SHOWN = 6
-"""Runs of a size that are drawn."""
+"""Largest number of runs of a size that are drawn."""
 
 ARCSEC_MOST = 600.0
 """Error in arcsec above which arcmin is used."""

@@ -1,4 +1,4 @@
-"""Where a model fails: its residual over torque and one more quantity, as map and profile."""
+"""Where a model fails: its residual over torque and another quantity, as map and profile."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ ACROSS, UP = 14, 9
 """Cells of a map, and of a profile."""
 
 SAMPLES_LEAST = 3
-"""With fewer samples a cell stays empty."""
+"""Least number of samples of a cell; with fewer it stays empty."""
 
 TURNS = {"input_angle_rad": "input_angle_deg", "output_angle_rad": "output_angle_deg"}
 """Quantities with a period of one turn, and their names within it."""
@@ -49,7 +49,7 @@ NAMES = {
     "order": ("order of the runs", ""),
     "direction": ("direction of the torque", "−1 falling, 1 rising"),
 }
-"""What the quantities are called, and their units."""
+"""Displayed names of the quantities, and their units."""
 
 
 @dataclass
@@ -71,7 +71,7 @@ class Residuals:
     covariates: dict[str, FloatArray]
     floor_arcsec: float
     against: str
-    """What the floor is."""
+    """Description of the floor."""
 
 
 def collect_residuals(
@@ -164,7 +164,7 @@ def cell_text(of: Map, cell: int) -> str:
 
 
 def diverging_colour(value: float, most: float) -> str:
-    """Blue below zero, orange above, white at it."""
+    """Blue below zero, orange above, white at zero."""
     share = min(abs(value) / most, 1.0) if most > 0 else 0.0
     full = (0x00, 0x77, 0xBB) if value < 0 else (0xEE, 0x77, 0x33)
     return "#" + "".join(f"{round(255 + share * (c - 255)):02x}" for c in full)
@@ -201,7 +201,7 @@ def map_figure(data: Residuals, covariate: str) -> Figure:
 
 
 def draw_map(of: Map, width: float, picked: int | None = None, most: float | None = None) -> str:
-    """Draw the map; every cell carries its number in ``data-cell`` and its text as a title."""
+    """Draw the map; every cell has its number in ``data-cell`` and its text as a title."""
     wide = width > 600
     left, right, top = 66.0, 86.0 if wide else 14.0, 30.0
     height = 250.0 if wide else 210.0
@@ -210,7 +210,7 @@ def draw_map(of: Map, width: float, picked: int | None = None, most: float | Non
     drawing = Drawing(width, top + height + bottom, f"Mean residual over torque and {name}")
     box = (left, top, width - left - right, height)
     up = of.edges.size - 1
-    # Rows of one height each: levels of a covariate may lie far apart.
+    # Rows of equal height, because the levels of a covariate may be far apart.
     axes = Axes(drawing, box, (float(of.torque_edges[0]), float(of.torque_edges[-1])), (0.0, up))
     axes.frame("torque on the output, N·m", f"{name}, {unit}".rstrip(", "), ticks=(box[2] / 75, 0))
     end = most or scale_of(of)

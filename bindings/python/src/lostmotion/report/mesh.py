@@ -130,7 +130,7 @@ def tooth_outline(mesh: Mesh) -> Array:
     """
     inner = min(mesh.flexspline_root_mm, mesh.flexspline_tip_mm)
     outer = max(mesh.flexspline_root_mm, mesh.flexspline_tip_mm)
-    # The wide end of the profile lies inward both for a tooth and for a space.
+    # The wide end of the profile is inward for a tooth as well as for a space.
     radius = np.linspace(inner, outer, FLANK_POINTS)
     half = mesh.half_angle("flexspline", radius)
     return _one_pitch(radius, half, mesh.pitch, mesh.neutral_mm)
@@ -188,7 +188,7 @@ def rigid_shape(mesh: Mesh, angles: Sequence[float]) -> tuple[Array, Array]:
     radius = np.linspace(inner, outer, FLANK_POINTS)
     half = mesh.half_angle("rigid", radius)
     outline = _one_pitch(radius, half, pitch, 0.0)
-    thick = 20.0 * mesh.module_mm  # more than any window shows
+    thick = 20.0 * mesh.module_mm  # outside every window
     body = inner - thick if mesh.external else outer + thick
     toothed, edge = [], []
     for angle in angles:

@@ -31,16 +31,16 @@ IntArray = npt.NDArray[np.intp]
 
 RUNS_SHOWN = 6
 POINTS_SHOWN = 2000
-"""Samples of a run that are drawn and listed; tests use all samples."""
+"""Largest number of samples of a run that are drawn and listed; tests use all samples."""
 
 BEFORE, AFTER = ORANGE, BLUE
 
 TURN_LEAST_RAD = np.pi
-"""Turn of the wave generator from which a run without a loop is drawn over its angle."""
+"""Least rotation of the wave generator for which a run without a loop is drawn over its angle."""
 
 
 def runs_to_show(before: Array, after: Array, starts: IntArray) -> list[int]:
-    """Runs with the largest explained part, in order."""
+    """Number of runs with the largest explained part that are drawn."""
     fall = np.add.reduceat(before**2 - after**2, starts[:-1]) / np.diff(starts)
     if not np.any(fall > 0):
         fall = np.add.reduceat(after**2, starts[:-1]) / np.diff(starts)

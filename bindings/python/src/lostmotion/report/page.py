@@ -108,7 +108,7 @@ class PageTable:
     numbers : sequence of int
         Columns that are aligned to the right.
     folded : bool
-        Whether it is folded at first, as few readers need it.
+        Whether it is folded at first, because few readers need it.
     """
 
     title: str
@@ -136,7 +136,7 @@ class Raw:
 
 
 Block = Figure | PageTable | Notes | Raw | Plot
-"""What a section is made of."""
+"""Elements of a section."""
 
 
 @dataclass

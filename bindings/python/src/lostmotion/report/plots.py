@@ -29,7 +29,7 @@ CONFIG = {
     "plotlyServerURL": "",
     "modeBarButtonsToRemove": ["sendChartToCloud", "sendDataToCloud"],
 }
-"""How Plotly shows a plot: nothing leaves the page."""
+"""Plotly configuration of a plot; no data are sent from the page."""
 
 NOT_INSTALLED = "Residual plots need Plotly: pip install 'lostmotion[plot]'."
 
@@ -43,9 +43,9 @@ class Plot:
     name : str
         Short, for menus and places in a page.
     title, caption : str
-        What it shows, and how to read it. Plain text.
+        Content and reading instructions, plain text.
     make : callable
-        Gives the Plotly figure.
+        Returns the Plotly figure.
     """
 
     name: str

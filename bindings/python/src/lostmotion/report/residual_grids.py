@@ -24,7 +24,7 @@ CLEAR_T = 2.0
 """t value below which a bin is not significant and grey."""
 
 MAPS_SHOWN = 4
-"""Quantities that are drawn."""
+"""Largest number of quantities that are drawn."""
 
 WARM, COLD = (179, 64, 22), (0, 84, 140)
 """Colours of the largest positive and negative mean residual."""
@@ -137,11 +137,11 @@ def grids_figure(
     floor_arcsec : float
         Reference for the significance of a mean.
     against : str
-        What that is.
+        Name of this reference.
     """
     grids = make_grids(c)
     made = [[grid.means(r, floor_arcsec) for _, r in residuals] for grid in grids]
-    # Those that show most under the first model come first.
+    # Quantities with the largest residual of the first model come first.
     order = sorted(
         range(len(grids)),
         key=lambda i: -float(np.nanmean(np.where(np.abs(made[i][0][1]) > CLEAR_T, 1.0, 0.0))),

@@ -32,7 +32,7 @@ from lostmotion.report.wording import CROSS_VALIDATED, grouped, with_zeros, word
 from lostmotion.units import ARCMIN, ARCSEC
 
 NOTHING = 1e-9
-"""Fitted values below this are zero."""
+"""Fitted values below this are displayed as zero."""
 
 CHECK_NAMES = {
     "form_radius": "mating tip stays on the involute (form radius)",
@@ -346,7 +346,7 @@ def comparison_section(drive: Drive, result: Comparison, files: Sequence[str | P
         [],
         sources_of(drive, files, answer["data_fingerprint"]),
     )
-    # Before the pictures: a column with a turned sign explains all that they show.
+    # Before the figures, because a column with the wrong sign explains all that they show.
     if answer["findings"]:
         section.blocks.append(Notes("About the data", answer["findings"]))
     section.blocks.append(loops_figure(result, drive.name))

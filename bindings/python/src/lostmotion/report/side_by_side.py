@@ -43,7 +43,7 @@ def show_value(value: float | str | None) -> str:
 
 
 def sweep_figure(answer: SideBySide) -> Figure:
-    """Lost motion, stiffness and safety over the key that is swept."""
+    """Draw lost motion, stiffness and safety factor over the swept key."""
     rows = [row for row in answer["rows"] if row[DRAWN[0]] is not None]
     return Figure(
         f"Influence of {answer['swept']}",

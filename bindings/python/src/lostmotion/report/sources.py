@@ -9,7 +9,7 @@ from pathlib import Path
 from lostmotion.drives import Drive
 
 CHUNK = 1 << 20
-"""Bytes that are read at a time."""
+"""Number of bytes that are read at a time."""
 
 
 def file_fingerprint(path: str | Path) -> str:

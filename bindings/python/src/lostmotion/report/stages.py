@@ -14,7 +14,7 @@ from lostmotion.report.svg import PAPER, SMALL_SIZE, SOFT, Drawing, signs, text_
 from lostmotion.units import ARCMIN
 
 EVENTS_SHOWN = 14
-"""Stages that the table on the page lists; the CSV has all."""
+"""Largest number of stages in the table on the page; the CSV has all."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Stages:
     at_rest : list of FlankEvent
         Preloaded pairs, as events at torque 0.
     events : list of FlankEvent
-        In the order in which they happen.
+        In the order of occurrence.
     """
 
     name: str
@@ -163,7 +163,7 @@ def draw_stages(data: Stages, width: float) -> str:
     at = float(axes.x(data.rated_torque_Nm))
     drawing.line((at, top, at, top + height), SOFT, 1.0, "2 3")
     drawing.text(at + 5, top + 12, "T_{N}", size=SMALL_SIZE, fill=SOFT, halo=True)
-    # Pairs of one tooth lie side by side: a lane for each section and flank.
+    # Pairs of one tooth are side by side: one lane per section and flank.
     lanes = sorted({(section, -side) for _, side, section in pairs})
     spacing = min((abs(a - b) for a in angles for b in angles if abs(a - b) > 1e-6), default=2.0)
     pitch = abs(float(axes.y(0.0)) - float(axes.y(spacing)))

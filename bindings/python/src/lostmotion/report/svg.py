@@ -85,7 +85,7 @@ def signs(text: str) -> str:
 
 
 POINT_LENGTH = 1e-9
-"""A chord shorter than this, in pixels, is a point: its square would vanish."""
+"""A chord shorter than this, in pixels, is a point, because its square would underflow."""
 
 
 def simplify(points: Array, slack: float = SIMPLIFY_PX) -> Array:
@@ -142,7 +142,7 @@ def rich(text: str) -> str:
     out = [escape(parts[0], quote=False)]
     for sub, rest in zip(parts[1::2], parts[2::2], strict=True):
         out.append(f'<tspan dy=".25em" font-size="75%">{escape(sub, quote=False)}</tspan>')
-        # A tspan holds only its own shift: the text after it is shifted back.
+        # The shift of a tspan persists, so the text after it is shifted back.
         after = escape(rest, quote=False)
         out.append(f'<tspan dy="-.19em">{after or "&#8203;"}</tspan>')
     return "".join(out)
@@ -170,7 +170,7 @@ class Drawing:
         self.elements.append(element)
 
     def open_window(self, x: float, y: float, width: float, height: float) -> None:
-        """Clip everything up to `close_window` to a rectangle; coordinates stay."""
+        """Clip everything up to `close_window` to a rectangle; coordinates are unchanged."""
         box = " ".join(coord(v) for v in (x, y, width, height))
         self.add(
             f'<svg x="{coord(x)}" y="{coord(y)}" width="{coord(width)}" '

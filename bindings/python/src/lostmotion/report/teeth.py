@@ -39,11 +39,11 @@ RIGID_FILL, RIGID_INK = "#e9e6df", "#5c5346"
 FLEXSPLINE_LOADED, RIGID_LOADED = "#5aa2d6", "#b08a4a"
 
 RING_SHARE = 0.1
-"""Deflection of the exaggerated ring over its radius, about."""
+"""Approximate deflection of the exaggerated ring, relative to its radius."""
 
 CLOSE_UP_DEG = 30.0
 FAR_UP_DEG = 48.0
-"""Angles of the smaller close-ups, within the overlap."""
+"""Angles of the smaller close-ups from the axis, within the overlap."""
 
 
 @dataclass(frozen=True)
@@ -327,7 +327,7 @@ def draw_teeth(mesh: Mesh, touches: Sequence[Touch], name: str, width: float) ->
     reach = max((abs(t.angle_rad) for t in touches), default=0.5)
     close = min(math.radians(CLOSE_UP_DEG), 0.55 * reach)
     far = min(math.radians(FAR_UP_DEG), 0.92 * reach)
-    way = -1.0 if mesh.external else 1.0  # where the forward flanks of the far teeth come near
+    way = -1.0 if mesh.external else 1.0  # where the forward gaps of the far teeth are small
     close, far = (mesh.tooth(mesh.number(way * angle)) for angle in (close, far))
     circular = math.pi * mesh.module_mm
     left = 14.0

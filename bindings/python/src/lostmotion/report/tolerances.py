@@ -17,7 +17,7 @@ class Tolerances:
     Attributes
     ----------
     mean_um : float
-        Gap of a drive with all parts in the middle of their fields.
+        Radial gap of a drive with all parts in the middle of their fields.
     arcmin_per_um : float
         Lost motion in one direction per closed gap, equation (9).
     """

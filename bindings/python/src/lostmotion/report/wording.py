@@ -17,13 +17,13 @@ SMALLEST, LARGEST = 1e-3, 1e6
 """Range of numbers written without a power of ten."""
 
 GROUPED = 10_000
-"""From here on, digits are in groups of three."""
+"""Least number whose digits are written in groups of three."""
 
 NOTHING = 1e-12
-"""Smaller numbers are rounding noise."""
+"""Smaller numbers are rounding errors, written as zero."""
 
 SURE = 0.001
-"""A p below this is written as below it."""
+"""Smaller p-values are written as "p < " this value."""
 
 ANGLES = ((600 * ARCSEC, ARCSEC, "arcsec"), (600 * ARCMIN, ARCMIN, "arcmin"))
 """Largest angle for each unit; degrees above."""
@@ -36,7 +36,7 @@ PEOPLE = {"stribeck": "Stribeck", "coulomb": "Coulomb", "hertz": "Hertz"}
 """Names of people among the names of effects and of their values."""
 
 SPEEDS = {"rad_s": "rad_per_s"}
-"""Suffixes of the library's effects that leave out the `per`."""
+"""Suffixes in the library's effects without `per`."""
 
 
 CROSS_VALIDATED = {

@@ -35,7 +35,7 @@ HERE = Path(__file__).parent
 JOINTS = tuple(f"joint{i + 1}" for i in range(7))
 
 SHIPPED = ("drives/size_25.toml",) * 4 + ("joint/joint.toml",) * 3
-"""Drive of each joint: two of those that come with the package."""
+"""Drive of each joint: two of the drives in the package."""
 
 PROPORTIONAL_NM = np.array([9e3] * 4 + [2.5e3] * 3)
 """Position gains, N*m/rad: 20 Hz with the armatures of ``arm.xml``."""
@@ -43,22 +43,22 @@ PROPORTIONAL_NM = np.array([9e3] * 4 + [2.5e3] * 3)
 DERIVATIVE_NM_S = np.array([1e2] * 4 + [3e1] * 3)
 
 POSE = np.array([0.4, 0.7, -0.3, 0.9, 0.2, 0.8, 0.1])
-"""Where the arm repeats itself, rad."""
+"""Pose at which the repeatability is measured, rad."""
 
 APPROACHES = 6
-"""From so many places about the pose, each joint from one side or the other."""
+"""Number of starting poses around this pose; each joint approaches from one side or the other."""
 
 REACH_RAD = 0.15
-"""How far from the pose they lie, in each joint."""
+"""Distance of these from the pose, in each joint."""
 
 MOVE_S, REST_S = 0.6, 0.4
-"""Time of a motion, and to come to rest."""
+"""Time of a motion, and time to settle."""
 
 PATH_S = 4.0
-"""Time of the path."""
+"""Duration of the path."""
 
 SIDES_SEED = 4
-"""Of the sides that the pose is approached from."""
+"""Random seed of the sides from which the pose is approached."""
 
 VARIANTS = ("rigid", "drives", "compensated")
 

@@ -19,7 +19,8 @@ SOURCES = "simulators/c"
 """Folder of the package with the C sources of the simulators, and the library as two files."""
 
 FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fPIC", "-fvisibility=hidden")
-"""Without contraction the bits are those of every other target (lostmotion/real.h)."""
+"""Without contraction the results are bit-identical to those of every other target
+(lostmotion/real.h)."""
 
 SECONDS_MAX = 120
 """A compiler that takes longer hangs: the sources take 1 s."""
@@ -61,7 +62,7 @@ def find_compiler() -> list[str] | None:
 
 
 def shared_suffix() -> str:
-    """Suffix of a shared object on this machine, as FMI and MuJoCo want it."""
+    """Suffix of a shared object on this machine, as FMI and MuJoCo require it."""
     return {"darwin": ".dylib", "win32": ".dll"}.get(sys.platform, ".so")
 
 
@@ -110,7 +111,7 @@ def compile_shared(
 
 
 LIBRARY = "runtime.c"
-"""Unit that is the library itself, the same for every drive: compiled once in a process."""
+"""Translation unit with the library itself, the same for every drive: compiled once per process."""
 
 
 def _library_object(

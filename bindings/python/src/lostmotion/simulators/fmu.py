@@ -40,7 +40,7 @@ ACCESS: dict[Access, int] = {
     "tunable": 4,
     "fixed": 4,
 }
-"""Bit FMU_SETTABLE of ``c/fmu.h``. What is fixed may be set before the initialization."""
+"""Bit FMU_SETTABLE of ``c/fmu.h``. Fixed variables may be set before the initialization."""
 
 KIND_MACROS: dict[Kind, str] = {
     "torque": "FMU_TORQUE_IN",
@@ -49,10 +49,10 @@ KIND_MACROS: dict[Kind, str] = {
 }
 
 EPOCH = (1980, 1, 1, 0, 0, 0)
-"""Time of every file in an FMU: the same drive gives the same bytes."""
+"""Time stamp of every file in an FMU, so that the same drive gives the same bytes."""
 
 MODEL = "model.c"
-"""Unit with the model and FMI's functions."""
+"""Translation unit with the model and FMI's functions."""
 
 
 @dataclass(frozen=True)

@@ -45,21 +45,21 @@ PLUGIN = "lostmotion.drive"
 """Name of the engine plugin."""
 
 SUFFIX = "_lost_motion"
-"""What the name of the second hinge ends in."""
+"""End of the name of the second hinge."""
 
 TORQUE_LIMIT_NM = float(core().lib.LM_TORQUE_LIMIT_MAX_NM)
-"""A simulated joint may be overloaded, its stiffness continues."""
+"""Torque limit in a simulation: a joint may be overloaded; its stiffness continues."""
 
 MARGIN = 1.05
-"""Of the greatest stiffness where effects bend it, which is looked for at sixteen input angles:
-their highest harmonic, 4 a turn, lies within 3 % of its extreme at one of them (cosine of 1/64 of a
-turn times 4, 0.92 of the ripple, itself a few per cent)."""
+"""Margin on the greatest stiffness if effects change it, because it is searched at sixteen input
+angles. Their highest harmonic, 4 per turn, is within 3 % of its extreme at one of them (cosine of
+1/64 of a turn times 4, 0.92 of the ripple, which is itself a few per cent)."""
 
 INPUT_ANGLES = 16
-"""At which the dependence on the input angle is examined, over one turn."""
+"""Number of input angles over one turn at which the dependence on the angle is examined."""
 
 TORQUES = 41
-"""At which it is examined, between minus and plus the rated torque."""
+"""Number of torques between minus and plus the rated torque at which it is examined."""
 
 
 @dataclass(frozen=True)
@@ -160,11 +160,11 @@ def load_plugin() -> Path:
 
 
 def cache_folder() -> Path:
-    """Folder of the user's in which the plugin is kept (XDG_CACHE_HOME)."""
+    """Folder of the user in which the plugin is cached (XDG_CACHE_HOME)."""
     stated = os.environ.get("XDG_CACHE_HOME", "")
     try:
         return (Path(stated) if stated else Path.home() / ".cache") / "lostmotion"
-    except RuntimeError:  # nobody's home
+    except RuntimeError:  # no home folder
         return Path(tempfile.mkdtemp(prefix="lostmotion-"))
 
 
@@ -206,7 +206,7 @@ def put_drives(
             raise InputError(spec, "", str(error).splitlines()[0], "an MJCF model") from None
     step_s = float(spec.option.timestep)
     _check_integrator(mujoco, spec)
-    # All is read and checked before the spec is touched.
+    # Everything is read and checked before the spec is changed.
     wanted = []
     for name, given in drives.items():
         drive = given if isinstance(given, Drive) else read_drive(given)
@@ -399,7 +399,7 @@ def _first(value: Any) -> float:
 
 
 def _set_first(owner: Any, name: str, value: float) -> None:
-    """Set a coefficient, which newer versions of MuJoCo hold as the first of a polynomial."""
+    """Set a coefficient, which is the first of a polynomial in newer versions of MuJoCo."""
     old = np.atleast_1d(getattr(owner, name))
     if np.ndim(getattr(owner, name)) == 0:
         setattr(owner, name, value)
@@ -446,8 +446,8 @@ class Bounds:
     def damping(self, step_s: float) -> float:
         """Damping of the lost motion with which no step creates energy (c/mujoco_plugin.c).
 
-        The energy of a step that both moves make is K (h v' - t h u')^2 / 2, at most K (h v')^2 +
-        K (t h u')^2, with u' the input's velocity and t `turning`.
+        The energy of a step with both motions is K (h v' - t h u')^2 / 2, at most K (h v')^2 + K (t
+        h u')^2, where u' is the velocity of the input and t is `turning`.
         """
         return step_s * self.stiffness_Nm_per_rad * (1.0 if self.turning > 0 else 0.5)
 

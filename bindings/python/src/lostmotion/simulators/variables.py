@@ -20,7 +20,7 @@ KINDS: dict[Kind, str] = {
     "angles": "input and output angle in, torque out: the inverse",
     "compensator": "the controller's compensator, float32",
 }
-"""What an FMU may be; the value says it in words."""
+"""Kinds of FMU; the values are their descriptions."""
 
 Access = Literal["none", "input", "output", "independent", "tunable", "fixed"]
 
@@ -64,7 +64,7 @@ class Variable:
     Attributes
     ----------
     name : str
-        Structured, as FMI has it: ``torsion_curve.torque[3]``.
+        Structured name of FMI: ``torsion_curve.torque[3]``.
     access : str
     start : float
     unit : str

@@ -148,7 +148,7 @@ class Bench:
             raise InputError("DATA", "", "none loaded", "recordings of the drive")
         return self.campaign
 
-    # --- finding out -----------------------------------------------------------------------------
+    # --- diagnosis and fits ----------------------------------------------------------------------
 
     def find_missing(self, tick: Tick) -> None:
         """Diagnose: which effect is missing."""
@@ -236,7 +236,7 @@ class Bench:
             self.ranking = next_runs(self.diagnosis, options, self.effects, drive.ratio)
         self.version += 1
 
-    # --- what goes out ---------------------------------------------------------------------------
+    # --- export ----------------------------------------------------------------------------------
 
     def fitted_drive(self) -> str:
         """The drive file with the fit; without a fit, as it was read."""

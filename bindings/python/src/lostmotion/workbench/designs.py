@@ -29,7 +29,7 @@ from lostmotion.workbench.panel import Panel, action, field
 from lostmotion.workbench.work import LOG, Work
 
 MARGINS = 14
-"""Margins of a picked design that are listed: the tightest."""
+"""Number of margins of a picked design that are listed: the smallest."""
 
 
 class Search:
@@ -135,7 +135,7 @@ class DesignPanel(Panel):
         self.drawn_result: object = None
 
     def state(self) -> object:
-        """Redrawn when a search begins and ends; progress is separate."""
+        """The panel is redrawn when a search begins or ends; progress is drawn separately."""
         search = self.search
         return search.running, id(search.result), search.message
 
@@ -290,7 +290,7 @@ class DesignPanel(Panel):
                 (axis_name(n, u), written(v, 5))
                 for n, u, v in zip(result.objectives, result.units, one["objectives"], strict=True)
             ]
-            # A limit that the spec does not state has a margin of 1.
+            # The margin of a limit that the spec does not state is 1.
             stated = [item for item in one["margins"].items() if item[1] != 1.0]
             margins = [
                 (limit_name(name), signs(f"{value:+.4f}"), margin_unit(name))

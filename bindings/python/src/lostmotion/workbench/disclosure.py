@@ -11,7 +11,7 @@ from lostmotion.files import is_stream
 from lostmotion.recordings.quantities import QUANTITIES
 
 HEAD_BYTES = 65_536
-"""How much of a file is examined; a header line is shorter."""
+"""Number of bytes of a file that are examined; a header line is shorter."""
 
 TABLE = re.compile(rb"^\s*\[\[?\s*(drive|search)\s*\]", re.MULTILINE)
 """A table that drive files and search specs have."""

@@ -31,7 +31,7 @@ HEADERS = (
 
 
 class Guard:
-    """Refuses every request that does not carry the token of this run.
+    """Refuses every request without the token of this run.
 
     The loopback address excludes other machines, but neither other users of this machine nor a
     foreign page in the user's browser. Therefore the opened address has a random token; the first
@@ -132,5 +132,5 @@ def is_local(headers: list[tuple[bytes, bytes]]) -> bool:
         if len(hosts) != 1 or urlsplit(f"//{hosts[0]}").hostname not in LOOPBACK:
             return False
         return all(urlsplit(origin).netloc == hosts[0] for origin in origins)
-    except ValueError:  # a host that is none, as "[::1"
+    except ValueError:  # an invalid host such as "[::1"
         return False

@@ -28,14 +28,14 @@ from lostmotion.workbench.panel import Panel, action
 from lostmotion.workbench.work import Work
 
 RUNS_LISTED = 6
-"""Runs that a picked cell of the map lists."""
+"""Largest number of runs that are listed for a picked cell of the map."""
 
 NEEDED_FOR = {
     "input_angle_deg": "input_angle_rad",
     "output_angle_deg": "output_angle_rad",
     "time_in_run_s": "elapsed_s",
 }
-"""What effects call the quantities of a map."""
+"""Names in effects of the quantities of a map."""
 
 
 class DrivePanel(Panel):
@@ -64,7 +64,7 @@ class DrivePanel(Panel):
 
 
 class MeasuredPanel(Panel):
-    """The recordings against the model: loops, errors by run, what the error depends on."""
+    """The recordings against the model: loops, errors by run, dependence of the error."""
 
     name, title = "measured", "Measured"
     of_recordings = True

@@ -23,7 +23,7 @@ from lostmotion.workbench.work import Work
 
 
 def capitalized(sentence: str) -> str:
-    """Begin a sentence with a capital."""
+    """Capitalise the first letter of a sentence."""
     return sentence[:1].upper() + sentence[1:]
 
 

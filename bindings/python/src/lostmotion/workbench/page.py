@@ -31,7 +31,7 @@ from lostmotion.workbench.work import Work
 STYLE = Path(__file__).with_name("style.css")
 
 WITHOUT_TOKEN = "<script>history.replaceState(null, '', '/')</script>"
-"""Takes the token out of the address bar and the history: the cookie carries it from here."""
+"""Removes the token from the address bar and the history; from here on it is in the cookie."""
 
 LOOK_S = 0.2
 """Interval at which the page polls the bench for changes."""
@@ -43,17 +43,18 @@ EXAMPLE = "joint"
 """Folder of the demonstration's inputs with a drive and a campaign."""
 
 DRIVE_SUFFIX = ".toml"
-"""What is uploaded with this suffix is a drive file; all else is a recording."""
+"""An uploaded file with this suffix is a drive file; any other is a recording."""
 
 
 DROPPED = (DRIVE_SUFFIX, ".csv", ".gz", ".parquet")
-"""Suffixes of what can be dropped."""
+"""Suffixes of files that can be dropped."""
 
 LONG_FIRST = (".csv.gz", *DROPPED)
-"""The same, such that what a name ends in is found whole."""
+"""The same, longest first, so that the complete suffix of a name is found."""
 
 NAME_BYTES = 200
-"""Of the name of a dropped file; file systems take 255, and some of them go to its suffix."""
+"""Largest length of the name of a dropped file: file systems permit 255, which include the
+suffix."""
 
 
 DROP_HEADER = """
@@ -62,7 +63,7 @@ DROP_HEADER = """
   <label>or drop them here: a drive, recordings, a search spec<q-uploader-add-trigger /></label>
 </div>
 """
-"""Of the place to drop files: a button for the keyboard, and the field of files with its label."""
+"""Content of the drop area: a button for the keyboard, and the file field with its label."""
 
 
 class Page:
@@ -90,7 +91,7 @@ class Page:
     def build(self) -> None:
         """Make the page."""
         ui.colors(primary="#0077bb")
-        ui.dark_mode(None)  # as the system has it
+        ui.dark_mode(None)  # dark mode as set in the system
         ui.add_css(STYLE)
         ui.add_head_html(WITHOUT_TOKEN)
         ui.page_title("lostmotion workbench")
@@ -150,7 +151,7 @@ class Page:
         return made.on("keydown.enter", self.load_paths)
 
     def load_paths(self) -> None:
-        """Load what the fields name."""
+        """Load the files named in the fields."""
         try:
             paths = shlex.split(self.data_paths.value or "")
             mapping = shlex.split(self.columns.value or "")
@@ -160,7 +161,7 @@ class Page:
         self.load(self.drive_path.value.strip(), paths, mapping)
 
     def load_example(self) -> None:
-        """Load what the demonstration reads."""
+        """Load the input files of the demonstration."""
         try:
             folder = find_inputs() / EXAMPLE
         except LostMotionError as error:
@@ -177,7 +178,7 @@ class Page:
         new = bool(drive) and (now is None or now.file != drive or bool(paths))
 
         def task() -> None:
-            # With recordings on the bench a drive comes with its own, or not at all.
+            # If recordings are loaded, a drive is loaded only with its own recordings.
             together = bool(paths) and self.bench.campaign is not None
             if new and not together:
                 self.bench.load_drive(drive)
@@ -224,7 +225,7 @@ class Page:
             return
         if drives:
             self.drive_path.value = drives[0]
-        elif self.bench.drive is not None:  # the field may name one that could not be read
+        elif self.bench.drive is not None:  # the field may name a file that could not be read
             self.drive_path.value = self.bench.drive.file
         if recordings:
             self.data_paths.value = shlex.join(recordings)
@@ -269,7 +270,7 @@ class Page:
         names = self.bench.chosen[:-1]
         self.work.start("fitting", lambda: self.bench.choose(names, self.work.tick))
 
-    # --- keeping up ------------------------------------------------------------------------------
+    # --- redrawing -------------------------------------------------------------------------------
 
     def turn_to(self, name: str) -> None:
         """Open a panel."""
@@ -285,7 +286,7 @@ class Page:
                 panel.update()
 
     def refresh(self) -> None:
-        """Draw what has changed."""
+        """Redraw the parts that have changed."""
         now = (self.bench.version, self.work.version)
         if self.seen != now:
             before = self.seen

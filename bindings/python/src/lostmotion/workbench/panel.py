@@ -31,7 +31,7 @@ class Panel:
     Attributes
     ----------
     place : element
-        Where it is drawn.
+        Element in which it is drawn.
     shown : int or None
         Version of the bench that it shows.
     of_recordings : bool
@@ -78,7 +78,7 @@ class Panel:
         return ui.html(text, sanitize=False)
 
     def hint(self, text: str) -> None:
-        """Show a hint what is missing before there is content."""
+        """Show a hint while there is no content."""
         self.html(f'<p class="soft">{escape(text)}</p>')
 
     def figure(self, figure: Any) -> None:

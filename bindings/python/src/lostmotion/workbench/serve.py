@@ -28,17 +28,18 @@ from lostmotion.workbench.work import Work
 HOST = "127.0.0.1"
 
 FIRST_PORT, PORTS = 8265, 20
-"""Ports that are tried where none is stated."""
+"""Ports that are tried if none is stated."""
 
 TOKEN_BYTES = 32
 """Random bytes of the token, as the documentation of `secrets` advises."""
 
 LISTEN_TRIES = 100
-"""How often, a tenth of a second apart, the server is looked for before the browser opens."""
+"""Number of checks, a tenth of a second apart, whether the server responds before the browser
+opens."""
 
 AWAY_S = 600.0
-"""How long a browser that is busy or asleep may be silent before its page is forgotten; after that
-it is drawn anew, and what was typed is lost."""
+"""Time for which a busy or sleeping browser may be silent before its page is discarded. The page is
+then drawn again, and typed text is lost."""
 
 
 def free_port(wanted: int | None) -> int:
@@ -87,7 +88,7 @@ def serve(
     Raises
     ------
     InputError
-        The drive, the recordings or the port.
+        If the drive, the recordings or the port cannot be used.
     """
     place = free_port(port)
     token = secrets.token_urlsafe(TOKEN_BYTES)

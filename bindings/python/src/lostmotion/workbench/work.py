@@ -42,7 +42,7 @@ class Work:
 
     @property
     def busy(self) -> bool:
-        """Whether something is being done."""
+        """Whether a task is running."""
         return bool(self.label)
 
     @property
@@ -51,7 +51,7 @@ class Work:
         return self.busy and self._stop.is_set()
 
     def say(self, message: str) -> None:
-        """Leave a message on the page."""
+        """Show a message on the page."""
         self.message = message
         self.version += 1
 
