@@ -222,7 +222,7 @@ def test_evidence_that_does_not_fit_together_is_refused(
     warm: tuple[Campaign, list[Body]], tmp_path: Path
 ) -> None:
     one, two = warm[1]
-    with pytest.raises(InputError, match="recordings a second time"):
+    with pytest.raises(InputError, match="the same recordings twice"):
         merge_bodies([one, one], ["a", "b"])
     other = Body(two.white, two.plain, two.point, two.spread, two.rows, dict(two.about))
     other.about["rated_torque_Nm"] = 41.0

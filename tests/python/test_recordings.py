@@ -586,7 +586,7 @@ def test_runs_of_an_encoder_of_one_turn_have_one_zero(write: Write, ratio: float
     campaign = read_campaign(file.parent, ratio=ratio)
     zeros = [run.lost_motion_rad - lost for run in campaign.runs]
     np.testing.assert_allclose(zeros, zeros[0][0], atol=1e-9)
-    assert any("begins whole turns" in finding.action for finding in campaign.findings)
+    assert any("starts whole turns away" in finding.action for finding in campaign.findings)
 
 
 def test_a_turned_sign_is_suspected(write: Write) -> None:
@@ -599,10 +599,10 @@ def test_a_turned_sign_is_suspected(write: Write) -> None:
 @pytest.mark.parametrize(
     ("torque", "angle", "says"),
     [
-        ("Nm", "deg", "about the factor of degrees taken for radians"),
-        ("Nm", "arcmin", "about the factor of arc minutes taken for radians"),
-        ("Nm", "arcsec", "about the factor of arc seconds taken for radians"),
-        ("mNm", "rad", "about the factor of N mm taken for N m"),
+        ("Nm", "deg", "about the factor of degrees read as radians"),
+        ("Nm", "arcmin", "about the factor of arc minutes read as radians"),
+        ("Nm", "arcsec", "about the factor of arc seconds read as radians"),
+        ("mNm", "rad", "about the factor of N mm read as N m"),
         ("Nm", "rad", None),
     ],
 )

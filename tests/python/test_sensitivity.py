@@ -52,7 +52,7 @@ def test_the_first_hint_mends_every_check(wrong: dict[str, float]) -> None:
     after = margins(with_value(drive, first.key, first.to))
     assert after is not None
     assert min(after.values()) >= 0
-    assert "every check is kept" in hint_sentence(first)
+    assert "every check passes" in hint_sentence(first)
 
 
 def test_a_sound_drive_has_no_hint() -> None:

@@ -82,7 +82,7 @@ def check_place(option: str, path: str | Path) -> None:
     """
     try:
         if "\0" in str(path):
-            found = "a path that holds a NUL"
+            found = "a path that contains a NUL"
         elif is_stream(path):
             return
         elif (place := Path(os.path.realpath(path))).is_dir():

@@ -158,7 +158,7 @@ def limit_deviations(one: ToleranceClass, nominal_mm: float) -> tuple[float, flo
         The standard has no such class, or not at this size; states what was expected.
     """
     if one.grade is None:
-        raise ValueError("a grade behind the letter")
+        raise ValueError("a grade after the letter")
     if not 0.001 <= nominal_mm <= MAIN_STEPS_MM[-1]:
         raise ValueError(f"a nominal size from 0.001 to {MAIN_STEPS_MM[-1]} mm")
     width = field_um(nominal_mm, one.grade)

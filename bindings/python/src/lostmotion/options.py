@@ -29,7 +29,7 @@ def own_effects(arguments: argparse.Namespace, bits: Bits = 64) -> dict[str, Eff
 
         for name, effect in load(file, bits).items():
             if name in library() or name in found:
-                raise InputError(file, name, "the name of another effect", "a name of its own")
+                raise InputError(file, name, "the name of another effect", "a unique name")
             found[name] = effect
     return found
 

@@ -243,7 +243,9 @@ def read_parameters(
                 raise InputError("--effects", effect.name, found, expected)
         return build(controller), drive.ratio, drive.columns
     if settings:
-        raise InputError("--set", "", f"it with {path.name}", "a drive file: a blob is complete")
+        raise InputError(
+            "--set", "", f"the option together with {path.name}", "a drive file: a blob is complete"
+        )
     blob = read_bytes(path, "parameters by lostmotion export", core(32).lib.LM_BLOB_BYTES_MAX)
     return load_parameters(blob, str(path), own or {}), None, {}
 

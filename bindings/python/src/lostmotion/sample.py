@@ -387,7 +387,9 @@ def sample_campaign(
         if run is not None:
             runs.append(run)
     if not runs:
-        raise InputError(files[0], "torque_Nm", "no row with numbers for torque and angle", "some")
+        raise InputError(
+            files[0], "torque_Nm", "no row with numbers for torque and angle", "at least one"
+        )
     campaign = judged(runs, findings, ratio)
     campaign.recorded_rows = sum(totals.values())
     if max(strides.values()) > 1:

@@ -177,5 +177,5 @@ def margins(drive: Drive, key: str | None = None, value: float = 0.0) -> dict[st
 def hint_sentence(hint: Hint) -> str:
     """Write a hint as a sentence."""
     unit = f" {hint.unit}" if hint.unit else ""
-    state = f"{', '.join(hint.broken)} still broken" if hint.broken else "every check is kept"
+    state = f"still failing: {', '.join(hint.broken)}" if hint.broken else "every check passes"
     return f"with {hint.key} = {hint.to:.4g}{unit} (now {hint.value:.4g}{unit}) {state}"

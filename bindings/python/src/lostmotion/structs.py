@@ -373,8 +373,8 @@ def without_effect(design: Design, drive: Any) -> list[str]:
         )
     if "generator.cam_offset_mm" in stated and kind not in WITH_CAM_OFFSET:
         found.append(
-            f"generator.cam_offset has no effect: a wave generator of type '{kind}' is given by "
-            "the neutral line; ellipse has a cam beside it."
+            f"generator.cam_offset has no effect: a wave generator of type '{kind}' is "
+            "defined by the neutral line; only the cam of type 'ellipse' has an offset."
         )
     if generator.floating and generator.eccentricity_mm > 0:
         found.append(
@@ -443,7 +443,7 @@ def _refused(design: Design, error: LibraryError) -> InputError:
     if error.key == NO_ROOT:
         shifts = " and ".join(f"{design.values[f'teeth.{gear}_shift'].value:g}" for gear in GEARS)
         found = f"shifts of {shifts} (flexspline, rigid gear)"
-        expected = "shifts that leave the teeth of both some thickness at the root"
+        expected = "shifts for which the teeth of both gears have thickness at the root"
         return InputError(design.file, "design.teeth", found, expected)
     if error.key in ARC_FAULTS:
         found, expected = ARC_FAULTS[error.key]

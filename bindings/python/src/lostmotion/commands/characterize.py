@@ -74,7 +74,7 @@ def split_drive(data: list[str]) -> tuple[Drive | None, list[str]]:
     if len(files) > 1:
         raise InputError("DATA", files[1], "a second drive file", "one drive file, or none")
     if not paths:
-        raise InputError("DATA", "", "no recording", "recordings, and a drive file beside them")
+        raise InputError("DATA", "", "no recording", "recordings, with or without a drive file")
     return (read_drive(files[0]) if files else None), paths
 
 

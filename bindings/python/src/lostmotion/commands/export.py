@@ -42,7 +42,7 @@ def run_export(arguments: argparse.Namespace) -> None:
     else:
         for option in ("fmu", "fmi"):
             if getattr(arguments, option) is not None:
-                found = f"it with {Path(arguments.output).name}"
+                found = f"the option together with {Path(arguments.output).name}"
                 raise InputError(f"--{option}", "", found, "a name that ends in .fmu")
         profile = arguments.profile or "standard"
         controller = make_controller(drive, settings, profile=profile, own=own)

@@ -29,9 +29,9 @@ def run_table(arguments: argparse.Namespace) -> None:
     for option in ALONE:
         if getattr(arguments, option):
             expected = "one drive, without --sweep and --table"
-            raise InputError(f"--{option}", "", "it together with a table", expected)
+            raise InputError(f"--{option}", "", "the option together with a table", expected)
     if float(arguments.phase_deg) != 0.0:
-        raise InputError("--phase-deg", "", "it together with a table", "tooth phase 0")
+        raise InputError("--phase-deg", "", "the option together with a table", "tooth phase 0")
     if arguments.sweep is None:
         answer = tabulate([read_drive(file) for file in arguments.drive])
     else:

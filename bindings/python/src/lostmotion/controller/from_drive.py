@@ -324,7 +324,12 @@ def make_controller(
         macros = build_macros(effects, used)
         notes.append(f"The standard build holds no effects: compile with {macros}.")
     if "dead_band" in given:
-        raise InputError("--set", "dead_band_rad", "it", "--profile gap: others have no dead band")
+        raise InputError(
+            "--set",
+            "dead_band_rad",
+            "this setting",
+            "--profile gap: the other profiles have no dead band",
+        )
     largest = float(np.max(np.abs(np.interp([-limit, limit], torque, angle))))
     limits, watch = _defaults(given, drive, CORRECTION_SHARE * largest, torque, angle)
     return Controller(
@@ -492,7 +497,9 @@ def _gap_controller(drive: Drive, given: dict[str, float]) -> Controller:
     else:
         width = design_model(drive).reversal_lost_motion(at)
     if "torque_limit" in given:
-        raise InputError("--set", "torque_limit_Nm", "it", "nothing: the gap profile has no torque")
+        raise InputError(
+            "--set", "torque_limit_Nm", "this setting", "none: the gap profile has no torque"
+        )
     if width <= 0:
         raise InputError(
             drive.file, "lost motion", "none", "a lost motion for the gap profile to compensate"

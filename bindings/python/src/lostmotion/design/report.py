@@ -488,7 +488,7 @@ def _limits_table(seen: Mapping[str, Any]) -> PageTable:
         (1, 4),
         "The price is the decrease of the first objective per unit by which the limit is "
         "relaxed. The "
-        f"smallest side clearance, {gap['gap_arcmin']:.4f} arcmin, stands at "
+        f"smallest side clearance, {gap['gap_arcmin']:.4f} arcmin, is at "
         f"{signs(format(gap['angle_deg'], '.2f'))}° from the deformation axis.",
     )
 

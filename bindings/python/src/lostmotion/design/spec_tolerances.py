@@ -193,7 +193,9 @@ def read_feature_class(out: Statements, feature: Entry) -> ToleranceClass:
     beside = ("lower", "upper", "fundamental_deviation", "position")
     others = [name for name in beside if name in feature.values]
     if feature.kind == "link":
-        raise out.refuse(stated.place, "a class of a link", "it of a hole or a shaft")
+        raise out.refuse(
+            stated.place, "a tolerance class of a link", "a class of a hole or a shaft"
+        )
     if others or not feature.get("nominal"):
         found = ", ".join(others) + " beside it" if others else "no nominal_mm"
         raise out.refuse(stated.place, found, "a class and nominal_mm, which give the deviations")

@@ -40,7 +40,9 @@ def begin_with(out: Statements, folder: str) -> None:
     ranges = [words[1:] for words in statements if words[0] in ("range", "whole")]
     for name, *_ in choices + ranges:
         if name not in columns:
-            raise out.refuse(place, f"{front} without a column {name}", "the same variables")
+            raise out.refuse(
+                place, f"{front} without a column {name}", "a search with the same variables"
+            )
     starts = []
     for row in rows:
         words = [chosen(row[name], values) for name, *values in choices]
@@ -49,7 +51,7 @@ def begin_with(out: Statements, folder: str) -> None:
             starts.append(words)
     if not starts:
         found = f"no design of {front} in the ranges and choices"
-        raise out.refuse(place, found, "the folder of a search of such designs")
+        raise out.refuse(place, found, "the folder of a search with designs in these ranges")
     most = min(engine()[1].LM_START_MAX, len(starts))
     for i in range(most):  # spread over the front, including both ends
         out.say(place, "start", *starts[i * (len(starts) - 1) // max(most - 1, 1)])

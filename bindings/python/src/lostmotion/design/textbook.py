@@ -36,8 +36,8 @@ TORQUE_PER_D3 = 40 / 50**3
 """Rated torque in N m over the cube of the pitch diameter in mm: 40 N m at size 20, 50 mm."""
 
 RATIO_EXPONENT = 0.7
-"""Exponent of the ratio in the rated torque, below ratio 100: catalogues state 15, 25, 34, 40 N m at
-ratios 30, 50, 80, 100 for size 20. Above 100 the torque is constant.
+"""Exponent of the ratio in the rated torque, below ratio 100: catalogues state 15, 25, 34, 40 N m
+at ratios 30, 50, 80, 100 for size 20. Above 100 the torque is constant.
 """
 
 WIDTH_PER_D = 0.2

@@ -100,7 +100,7 @@ class Variables:
         self.said[name] = place
         if table == "range" and name in FIXED_ONLY:
             raise self.out.refuse(
-                place, as_in_file(value), "it in [search.fixed], because it cannot vary"
+                place, as_in_file(value), "the key in [search.fixed], because it cannot vary"
             )
         if table == "fixed":
             number = one_value(self.out.file, place, name, scale, value)
@@ -185,7 +185,7 @@ class Variables:
     def fill_open(self) -> None:
         """State defaults that the search requires and the file does not state."""
         if MODULE not in self.values:
-            expected = "it in [search.fixed] or [search.range]"
+            expected = "this key in [search.fixed] or [search.range]"
             raise self.out.refuse(f"search.fixed.{MODULE}", "nothing", expected)
         if TEETH not in self.values:
             if self.ratio is None:

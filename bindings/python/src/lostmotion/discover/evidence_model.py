@@ -198,7 +198,9 @@ def candidates_of(body: Body, effects: Mapping[str, Effect]) -> list[Candidate]:
     for k in body.about["candidates"]:
         if k["name"] in effects and not fits(effects[k["name"]], k):
             found = "values that are not those of this effect"
-            raise InputError("evidence", k["name"], found, "the same effect: --effects, or anew")
+            raise InputError(
+                "evidence", k["name"], found, "the same effect (--effects), or new evidence"
+            )
         if k["kind"] not in KINDS:
             raise InputError("evidence", k["name"], f"kind '{k['kind']}'", " or ".join(KINDS))
     plain = body.plain

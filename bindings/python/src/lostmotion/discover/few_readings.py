@@ -20,7 +20,7 @@ def few_readings_diagnosis(few: FewReadings, effects: Mapping[str, Effect]) -> D
     base = few.base
     c = base.conditions
     error = few.error_arcsec
-    why = f"not testable: {c.rows} readings carry {few.values} values but no effect in addition"
+    why = f"not testable: {c.rows} readings determine {few.values} values but no effect in addition"
     heldout = few.heldout()
     lacking = (
         f"{c.rows} readings in {count_runs(c.runs)} determine a torsion curve and the width of "

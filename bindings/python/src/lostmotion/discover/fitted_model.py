@@ -298,9 +298,13 @@ def require_addable(base: BaselineModel, add: Sequence[Effect]) -> None:
         flat = constant_columns(effect, base.conditions)
         if flat:
             file = base.conditions.campaign.runs[0].file
-            raise InputError(file, flat[0], "a constant", f"it to vary, for {effect.name}")
+            raise InputError(
+                file, flat[0], "a constant", f"a column that varies, for the effect {effect.name}"
+            )
         if effect.name in present:
-            raise InputError("--add", effect.name, "an effect that the file has already", "others")
+            raise InputError(
+                "--add", effect.name, "an effect that is already in the file", "others"
+            )
         present.add(effect.name)
 
 

@@ -127,7 +127,7 @@ def formula(
         If the formula contains anything else.
     """
     if not name.isidentifier():
-        raise InputError("effect", name, "a name with other signs", "a name in C")
+        raise InputError("effect", name, "a name with other characters", "a name in C")
     known = [value.name for value in values]
     tree = _read(name, text)
     used = _names(name, tree, known)
@@ -170,7 +170,9 @@ def written_formula(text: str, name: str) -> Effect:
     names = list(dict.fromkeys(node.id for node in named if node.id not in WORDS))
     where = f"effect {name}"
     if not names:
-        raise InputError(where, "formula", as_in_file(text), "a name of a value, as size_rad")
+        raise InputError(
+            where, "formula", as_in_file(text), "the name of a value, such as size_rad"
+        )
     made = formula(
         name, text, values=[_linear(value) for value in names], mechanism="a formula of one's own"
     )
@@ -180,7 +182,10 @@ def written_formula(text: str, name: str) -> Effect:
     if not np.allclose(twice, 2.0 * made.function(once, at, memory), rtol=1e-9, atol=0.0):
         found = f"not proportional to {', '.join(names)}"
         raise InputError(
-            where, "formula", found, "numbers for all values that do not enter in proportion"
+            where,
+            "formula",
+            found,
+            "numbers for all values to which the formula is not proportional",
         )
     return replace(made, in_file=True)
 

@@ -127,7 +127,7 @@ def template(name: str, *, in_c: bool) -> dict[str, str]:
     if not name.isidentifier() or keyword.iskeyword(name) or name != name.lower():
         raise InputError("NAME", "", f"'{name}'", "a lower case name such as cable_pull")
     if name in library():
-        raise InputError("NAME", "", f"'{name}', an effect of the library", "a name of its own")
+        raise InputError("NAME", "", f"'{name}', an effect of the library", "a unique name")
     if len(name) > NAME_MAX:
         expected = f"a name of at most {NAME_MAX} characters"
         raise InputError("NAME", "", f"one of {len(name)} characters", expected)

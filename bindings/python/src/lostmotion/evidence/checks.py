@@ -68,7 +68,7 @@ def check_arrays(file: str | Path, saved: Saved) -> None:
     blocks = [f"block_{i}" for i in range(names.size)]
     for name in ("fixed", "scatter", "response", *blocks):
         if name not in saved or saved[name].dtype.kind != "i":
-            raise refuse(name, "no integers", "places of columns")
+            raise refuse(name, "values that are not integers", "places of columns")
         if saved[name].ndim != (0 if name == "response" else 1):
             raise refuse(name, f"an array of shape {saved[name].shape}", "a list of places")
     used = [np.ravel(saved[name]) for name in ("fixed", "scatter", *blocks, "response")]
@@ -106,7 +106,7 @@ def check_arrays(file: str | Path, saved: Saved) -> None:
             )
     mean = saved["scatter"][-1:]
     if not np.all(saved["plain"][:, mean, mean].sum() > 0):
-        raise refuse("plain", "nothing of the column that takes the mean off", "samples in it")
+        raise refuse("plain", "zeros in the column that removes the mean", "its number of samples")
 
 
 def is_gram(matrix: npt.NDArray[np.float64]) -> bool:
@@ -225,7 +225,9 @@ def check_about(file: str | Path, about: Any, runs: int, sizes: Mapping[str, int
             raise InputError(file, "events", f"run {event['run']}", "one of the runs")
     missing = sorted(set(about["effects"]) - set(about["given_arcsec"]))
     if missing:
-        raise InputError(file, "given_arcsec", f"nothing of {missing[0]}", "a size of each effect")
+        raise InputError(
+            file, "given_arcsec", f"no entry for {missing[0]}", "the size of each effect"
+        )
     told = [one["name"] for one in about["candidates"]]
     if sorted(told) != sorted(sizes):
         raise InputError(file, "candidates", "other names", "those of the columns, each once")
@@ -235,5 +237,5 @@ def check_about(file: str | Path, about: Any, runs: int, sizes: Mapping[str, int
         fits = len(one["start_of"]) == columns and set(one["start_of"]) <= set(range(starts))
         if not fits:
             raise InputError(
-                file, f"candidates, {one['name']}", "starts of other columns", "one a column"
+                file, f"candidates, {one['name']}", "starts of other columns", "one per column"
             )

@@ -115,7 +115,9 @@ def load_body(file: str | Path) -> Body:
     if schema != SCHEMA:
         raise InputError(file, "schema", schema, SCHEMA)
     if summed != checksum(saved):
-        raise InputError(file, "checksum", summed, f"{checksum(saved)}, as of its contents")
+        raise InputError(
+            file, "checksum", summed, f"{checksum(saved)}, the checksum of the contents"
+        )
     return body_of(file, saved)
 
 

@@ -107,7 +107,7 @@ def refuse_twice(bodies: Sequence[Body], files: Sequence[str | Path]) -> set[str
     for body, file in zip(bodies, files, strict=True):
         for fingerprint in body.about["data_fingerprints"]:
             if fingerprint in seen:
-                raise InputError(file, "data_fingerprints", "recordings a second time", "others")
+                raise InputError(file, "data_fingerprints", "the same recordings twice", "others")
             seen.add(fingerprint)
         prints = body.about["run_fingerprints"]
         for run, fingerprint in zip(body.about["runs"], prints, strict=True):

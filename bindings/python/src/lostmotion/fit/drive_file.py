@@ -125,5 +125,5 @@ def require(effect: Effect, conditions: Conditions) -> None:
             conditions.campaign.runs[0].file,
             missing[0],
             "no such column",
-            f"it, for the effect {effect.name}",
+            f"this column, for the effect {effect.name}",
         )

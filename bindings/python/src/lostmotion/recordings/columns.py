@@ -160,7 +160,7 @@ def divisor(file: str, column: str, text: str) -> float:
     """Read the divisor of a column."""
     value = float(text)
     if not 0.0 < value < math.inf:
-        raise InputError(file, column, f"'/{text}' in --map", "a positive number behind the slash")
+        raise InputError(file, column, f"'/{text}' in --map", "a positive number after the slash")
     return value
 
 
@@ -291,7 +291,7 @@ def choose_columns(
                 found = f"{name.quantity.name} a second time (first '{first}')"
                 if first == column:
                     found = "the column twice"
-                expected = "it once" if first != column else "each column once"
+                expected = "each quantity once" if first != column else "each column once"
                 raise InputError(file, column, found, expected)
             chosen[name.quantity.name] = (first, whole)
         else:

@@ -75,5 +75,7 @@ def inflate(file: str | Path, packed: bytes, most: int | None = None) -> bytes:
                 if most is not None and size >= most:
                     return b"".join(found)[:most]
     except zlib.error as error:
-        raise InputError(file, "", f"unreadable gzip ({error})", "a whole .csv.gz file") from None
+        raise InputError(
+            file, "", f"unreadable gzip ({error})", "a complete .csv.gz file"
+        ) from None
     return b"".join(found)

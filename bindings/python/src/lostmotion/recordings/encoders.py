@@ -503,7 +503,7 @@ def bring_together(campaign: Campaign, ratio: float | None) -> None:
         run.columns["lost_motion"] = (
             run.columns["output_angle"] - run.columns["input_angle"] / ratio
         )
-        action = "begins whole turns from the first run, as the output shows: restored"
+        action = "starts whole turns away from the first run, as the output shows: restored"
         campaign.findings.append(
             Finding("wrap", run.file, "input_angle_rad", run.label, abs(lost), action)
         )

@@ -68,7 +68,7 @@ def as_utf8(file: str | Path, raw: bytes) -> bytes:
     """
     for begin, kind, expected in OTHER_KINDS:
         if raw.startswith(begin):
-            raise InputError(file, "", f"{kind} with the file name of a text", expected)
+            raise InputError(file, "", f"{kind} with the file name of a text file", expected)
     name, mark = encoding_of(raw)
     if name != "utf-8":
         whole = len(raw) - (len(raw) - mark) % (4 if "32" in name else 2)

@@ -306,7 +306,9 @@ def read_runs(
             run.sources = dict(chosen)
             runs.append(run)
     if not runs:
-        raise InputError(name, "torque_Nm", "no row with numbers for torque and angle", "some")
+        raise InputError(
+            name, "torque_Nm", "no row with numbers for torque and angle", "at least one"
+        )
     return runs
 
 
@@ -482,7 +484,7 @@ def run_codes(
         row = int(np.flatnonzero(values.is_null().to_numpy(zero_copy_only=False))[0])
         if findings is not None and inside_runs(values):
             count, values = values.null_count, pc.fill_null_forward(values)
-            action = f"no label in {place(row)}; taken for that of the rows around"
+            action = f"no label in {place(row)}; assigned to the run of the adjacent rows"
             run = whole_labels([values[row].as_py()])[0]
             findings.append(Finding("label", file, column, run, count, action))
     coded = values.dictionary_encode()
@@ -491,7 +493,7 @@ def run_codes(
         raise InputError(file, column, f"no label in {place(row)}", "an integer or text")
     if len(coded.dictionary) > RUNS_MAX:
         found = f"{len(coded.dictionary)} labels in {len(values)} rows"
-        raise InputError(file, column, found, f"the recording of every row, {RUNS_MAX} at most")
+        raise InputError(file, column, found, f"labels of runs, at most {RUNS_MAX}")
     read = np.asarray(coded.indices.to_numpy(zero_copy_only=False), dtype=np.intp)
     taken = with_stray_labels_taken_in(read)
     present, codes = np.unique(taken, return_inverse=True)
@@ -499,7 +501,9 @@ def run_codes(
     if findings is not None:
         for code in np.unique(codes[taken != read]):
             rows = np.flatnonzero((codes == code) & (taken != read))
-            action = f"another label in {place(int(rows[0]))}; taken for that of the rows around"
+            action = (
+                f"another label in {place(int(rows[0]))}; assigned to the run of the adjacent rows"
+            )
             findings.append(Finding("label", file, column, labels[code], rows.size, action))
     for code, label in enumerate(labels):
         if isinstance(label, str) and len(label) > LABEL_MAX:

@@ -24,10 +24,10 @@ TINY = float(np.finfo(np.float64).tiny)
 """Below it the ratio of two sums has no meaning."""
 
 MISTAKEN = (
-    (math.pi / 180, "degrees taken for radians"),
-    (math.pi / 10_800, "arc minutes taken for radians"),
-    (math.pi / 648_000, "arc seconds taken for radians"),
-    (1e-3, "N mm taken for N m, or mrad for rad"),
+    (math.pi / 180, "degrees read as radians"),
+    (math.pi / 10_800, "arc minutes read as radians"),
+    (math.pi / 648_000, "arc seconds read as radians"),
+    (1e-3, "N mm read as N m, or mrad as rad"),
 )
 """Units that are often confused: their size in the assumed unit."""
 

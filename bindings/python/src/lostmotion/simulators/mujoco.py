@@ -145,7 +145,7 @@ def load_plugin() -> Path:
     if not place.is_file():
         compiler = find_compiler()
         if compiler is None:
-            raise InputError("CC", "", "no C compiler", "one: the plugin is compiled once")
+            raise InputError("CC", "", "no C compiler", "a C compiler: the plugin is compiled once")
         options = [f"-I{root / 'include'}"]
         linked = [str(library), f"-Wl,-rpath,{root}"]
         content = compile_shared(compiler, texts, ("runtime.c", "plugin.c"), options, linked)
@@ -232,7 +232,7 @@ def put_drives(
     try:
         return Placed(spec.compile(), tuple(placed))
     except ValueError as error:
-        raise InputError("model", "", str(error).splitlines()[0], "one that compiles") from None
+        raise InputError("model", "", str(error).splitlines()[0], "a model that compiles") from None
 
 
 LOCKED_KG_M2 = 1e9
@@ -351,7 +351,7 @@ def simulated_parts(controller: Controller) -> tuple[Controller, dict[str, str]]
     for name, values in controller.effects:
         effect = known.get(name)
         if effect is None:
-            aside[name] = "an effect of the user's own"
+            aside[name] = "a user effect"
         elif effect.kind == lib.LM_EFFECT_TORQUE:
             aside[name] = "acts on the measured torque, not on the drive"
         elif effect.covariates & others:

@@ -201,7 +201,7 @@ class Bench:
     def compare_effects(self, a: str, b: str, tick: Tick) -> None:
         """Compare two effects."""
         if a == b:
-            raise InputError("effects", b, "the same twice", "two different ones")
+            raise InputError("effects", b, "the same effect twice", "two different effects")
         if self.diagnosis is None or self.diagnosis.selection is None:
             self.find_missing(tick)
         assert self.diagnosis is not None

@@ -100,7 +100,7 @@ class Search:
             self.message = public_message(error)
         except Exception as error:
             LOG.exception("the search failed")
-            self.message = f"{type(error).__name__}; the terminal says more"
+            self.message = f"{type(error).__name__}; see the terminal for details"
         finally:
             self.running = False
             self.version += 1

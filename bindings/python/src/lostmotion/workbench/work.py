@@ -88,7 +88,7 @@ class Work:
             message = f"{self.label}: not enough memory"
         except Exception as error:
             LOG.exception("%s failed", self.label)
-            message = f"{self.label}: {type(error).__name__}; the terminal says more"
+            message = f"{self.label}: {type(error).__name__}; see the terminal for details"
         finally:
             self.label = ""
             self.say(message)
