@@ -56,8 +56,9 @@ static void keep_smaller(lm_smallest_gap *smallest, lm_real gap, lm_real angle, 
   }
 }
 
-/* The gap is smooth between the changes of contact corner, so a few parabola steps from the best
- * sample close in on a smooth minimum; at a kink they do no harm, as only smaller gaps are kept. */
+/* The gap is smooth as long as the contact corner does not change, so a few parabola steps from the
+ * best sample converge to a smooth minimum. At a kink they are harmless, because only smaller gaps
+ * are kept. */
 static void refine(const lm_mesh meshes[], lm_real step, lm_smallest_gap *smallest) {
   const lm_mesh *mesh = &meshes[smallest->section];
   lm_real width = step;
@@ -81,8 +82,8 @@ static void refine(const lm_mesh meshes[], lm_real step, lm_smallest_gap *smalle
 }
 
 /* One flank of one sample, and the end of its overlap between it and the sample before: the gap
- * jumps there, and may be smallest at the very end. Samples go away from the axis, and so does the
- * wave fall: a flank leaves the overlap and does not come back. */
+ * jumps there, and may be smallest at the very end. The samples go away from the axis, where the
+ * wave decreases, so a flank that leaves the overlap does not return. */
 static void look_at_flank(const lm_mesh *mesh, lm_real gap, lm_real angle, lm_real gap_before,
                           lm_real angle_before, int section, int forward,
                           lm_smallest_gap *smallest) {
@@ -219,16 +220,16 @@ static lm_real own_tip_thickness(const lm_mesh *mesh) {
              : LM_REAL(2) * mesh->high.across_mm;
 }
 
-/* Where the flexspline's flank ends below: what the rack leaves of an involute, or the root of a
- * drawn flank. */
+/* Lower end of the flexspline's flank: the end of the involute cut by the rack, or the root of any
+ * other flank. */
 static lm_real own_form_radius(const lm_teeth *t, const lm_mesh *mesh) {
   return mesh->flank.kind == LM_FLANK_INVOLUTE
              ? lm_rack_form_radius(t, t->flexspline_teeth, t->flexspline_shift)
              : mesh->flank.low_mm;
 }
 
-/* The deflection of the widest axial section, the last one, and how far the free zone of the
- * narrowest one, the first, springs back at 90 deg. */
+/* Deflection of the widest axial section, the last one, and opposite displacement at 90 deg of the
+ * free zone of the narrowest one, the first. */
 static void widest_wave(const lm_mesh meshes[], int sections, lm_real *deflection,
                         lm_real *retreat) {
   const lm_wave across = lm_evaluate_shape(&meshes[0].line.shape, HALF_PI);

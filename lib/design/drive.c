@@ -110,8 +110,8 @@ static lm_status check_generator(const lm_drive *drive, lm_fault *fault) {
   return status;
 }
 
-/* Output turns of the flexspline with the rigid gear held, or the other way round: |u| = z / 2 of
- * the gear that turns the output. */
+/* The output is the flexspline with the rigid gear fixed, or the other way round: |u| = z / 2 of
+ * the gear that is the output. */
 static lm_status check_ratio(const lm_drive *d, lm_fault *fault) {
   const lm_real u = real_fabs(d->ratio);
   const lm_real flexspline = LM_REAL(d->teeth.flexspline_teeth) / LM_REAL(2);
@@ -189,7 +189,7 @@ lm_status lm_check_drive(const lm_drive *drive, lm_fault *fault) {
     lm_flank flank;
     status = lm_make_flank(drive, &geometry, 1, &flank, fault);
   }
-  /* The coarsest line of the widest axial section tells whether there is one. */
+  /* A neutral line of few nodes in the widest axial section shows whether there is one. */
   if (status == LM_OK) {
     const int sections = drive->axial_sections;
     status = lm_make_neutral_line(
@@ -207,7 +207,7 @@ static void fill(lm_real *value, lm_real otherwise) {
   }
 }
 
-/* Of the cup; never beyond the 20 face widths that a drive may have. */
+/* Length of the cup; at most 20 face widths, the limit for a drive. */
 static lm_real usual_length(lm_real diameter_mm, lm_real face_width_mm) {
   const lm_real least = LM_REAL(2) * face_width_mm;
   const lm_real most = LM_REAL(20) * face_width_mm;
@@ -236,7 +236,7 @@ static void fill_material(lm_material *material) {
   fill(&material->tooth_stress_factor, LM_REAL(1.45));
 }
 
-/* The flexible bearing of a size 20: 23 balls of 4 mm (theory/check_values.md), whose pitch and
+/* The flexible bearing of size 20: 23 balls of 4 mm (theory/check_values.md), whose pitch and
  * stiffness give k_f = 2600 N/mm^2 at 30 N; its outer race is about 1.1 mm thick. */
 #define BALLS 23
 #define BALL_DIAMETER LM_REAL(0.08)

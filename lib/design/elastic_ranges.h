@@ -1,5 +1,5 @@
-/* Plausible sizes of the elastic members of a drive, with room on both sides; inside them no
- * intermediate result leaves the range of float32. The headers of the members state them. */
+/* Plausible sizes of the elastic members of a drive, with a margin on both sides; within them no
+ * intermediate result exceeds the range of float32. The headers of the members state them. */
 #ifndef LOSTMOTION_DESIGN_ELASTIC_RANGES_H
 #define LOSTMOTION_DESIGN_ELASTIC_RANGES_H
 

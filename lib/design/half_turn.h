@@ -6,8 +6,8 @@
 
 #define HALF_PI (LM_PI / LM_REAL(2))
 
-/* The angle brought into [-pi/2, pi/2]; both ends stay where they are. Of an angle so large that
- * its last digit spans more than that, nothing is left but the ends. */
+/* The angle reduced to [-pi/2, pi/2]; both ends are unchanged. For an angle so large that its last
+ * digit exceeds this range, the result is one of the ends. */
 static inline lm_real fold_half_turn(lm_real angle_rad) {
   const lm_real turned = real_fabs(angle_rad);
   lm_real folded = turned + LM_PI * real_floor(LM_REAL(0.5) - turned / LM_PI);

@@ -25,7 +25,7 @@ static lm_real larger(lm_real a, lm_real b) {
   return a > b ? a : b;
 }
 
-/* Force on a pair of the last state that was reported, tangential. */
+/* Tangential force on a pair in the last reported state. */
 static lm_real force_of(const lm_design_workspace *w, int place) {
   const lm_take_up_workspace *t = &w->take_up;
   return t->rest_force[t->active[place]] + t->change[place];
@@ -47,7 +47,7 @@ static root root_of(const lm_involute *flank, lm_real root_mm, lm_real pitch_hal
   return found;
 }
 
-/* What is the same for all pairs. */
+/* Values common to all pairs. */
 typedef struct teeth {
   root flexspline;
   root rigid;
@@ -103,8 +103,8 @@ static effect effect_of(const lm_design_workspace *w, const teeth *t, int place)
   return found;
 }
 
-/* Of one tooth over all sections: the face carries as a whole, so that the answer does not depend
- * on how finely it is cut. */
+/* Load of one tooth over all sections: the stress is that of the whole face, so that it does not
+ * depend on the number of sections. */
 static void add_tooth(const lm_design_workspace *w, const teeth *t, const effect effects[],
                       int place, lm_load *load) {
   const lm_contact *of = &w->contacts[w->take_up.active[place]];
@@ -152,7 +152,7 @@ lm_status lm_measure_load(const lm_drive *drive, lm_real torque_Nm, const lm_des
                           lm_load *load, lm_fault *fault) {
   effect effects[LM_ACTIVE_MAX];
   lm_load found;
-  lm_real tangential = LM_REAL(0); /* sums over the lobe that is loaded more */
+  lm_real tangential = LM_REAL(0); /* sums over the lobe with the higher load */
   lm_real normal = LM_REAL(0);
   lm_real work = LM_REAL(0);
   lm_real depth = LM_REAL(0);

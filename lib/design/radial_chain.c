@@ -23,7 +23,7 @@ lm_status lm_check_radial_laws(const lm_radial_law *laws, int count, lm_fault *f
   return status;
 }
 
-/* Hand the finished law out only if it is one that lm_sum_radial takes. */
+/* Return the finished law only if lm_sum_radial accepts it. */
 static lm_status put_law(lm_real coefficient, lm_real exponent, lm_real share, lm_real preload,
                          lm_radial_law *law, lm_fault *fault) {
   lm_status status = LM_OK;

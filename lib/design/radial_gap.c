@@ -4,7 +4,7 @@
 #include "real_math.h"
 #include "refuse.h"
 
-#define FLANK_ANGLE_MIN LM_REAL(0.01) /* where the tangent divides */
+#define FLANK_ANGLE_MIN LM_REAL(0.01) /* if the tangent is a divisor */
 
 /* Deflection of a ring under two opposite point forces, each side, in F R^3 / (E I):
  * 0.07439. */
@@ -126,7 +126,7 @@ lm_status lm_gap_rotation(lm_real torque_Nm, lm_real closing_torque_Nm, lm_real 
 
 lm_status lm_gap_rotation_smooth(lm_real torque_Nm, lm_real closing_torque_Nm,
                                  lm_real full_angle_rad, lm_real *angle_rad, lm_fault *fault) {
-  /* tanh(20) is 1 to double precision: beyond it the quotient is not formed. */
+  /* tanh(20) is 1 to double precision: above it the quotient is not computed. */
   const lm_real saturation = LM_REAL(20);
   const lm_status status =
       check_gap_rotation(torque_Nm, closing_torque_Nm, full_angle_rad, angle_rad, fault);

@@ -1,4 +1,5 @@
-/* libm in the number type at hand. Only the design model includes this; the runtime uses no libm.
+/* libm in the number type of the build. Only the design model includes this; the runtime uses no
+ * libm.
  */
 #ifndef LOSTMOTION_DESIGN_REAL_MATH_H
 #define LOSTMOTION_DESIGN_REAL_MATH_H

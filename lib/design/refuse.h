@@ -1,4 +1,4 @@
-/* How the design model refuses an input: fill the caller's fault and hand back the status. */
+/* Refusals of an input by the design model: fill the caller's fault and return the status. */
 #ifndef LOSTMOTION_DESIGN_REFUSE_H
 #define LOSTMOTION_DESIGN_REFUSE_H
 
@@ -10,14 +10,14 @@ static inline lm_status refuse(lm_fault *fault, lm_status status, const char *in
   return lm_refuse(fault, status, input, LM_REAL(0), LM_REAL(0), LM_REAL(0));
 }
 
-/* Refuse a number and state which range was expected. */
+/* Refuse a number and state the expected range. */
 static inline lm_status refuse_range(lm_fault *fault, const char *input, lm_real found, lm_real low,
                                      lm_real high) {
   const lm_status status = real_isfinite(found) ? LM_OUT_OF_RANGE : LM_NOT_FINITE;
   return lm_refuse(fault, status, input, found, low, high);
 }
 
-/* LM_OK when low <= found <= high; NaN never is. */
+/* LM_OK if low <= found <= high; never for NaN. */
 static inline lm_status check_range(lm_fault *fault, const char *input, lm_real found, lm_real low,
                                     lm_real high) {
   if (found >= low && found <= high) {
@@ -49,13 +49,13 @@ static inline lm_status check_bounds(lm_fault *fault, const bound *bounds, int c
   return LM_OK;
 }
 
-/* Refuse a value that contradicts another one, and state what would agree. */
+/* Refuse a value that contradicts another one, and state the consistent value. */
 static inline lm_status refuse_contradiction(lm_fault *fault, const char *input, lm_real found,
                                              lm_real low, lm_real high) {
   return lm_refuse(fault, LM_INCONSISTENT, input, found, low, high);
 }
 
-/* Refuse an array shorter than what must go into it. */
+/* Refuse an array that is too short for its content. */
 static inline lm_status refuse_capacity(lm_fault *fault, const char *input, int found, int needed) {
   if (fault != 0) {
     fault->status = LM_TOO_SMALL;

@@ -11,7 +11,7 @@
 /* A cam's pressure points outwards within 45 deg of the axis. */
 #define CAM_ARC (LM_PI / LM_REAL(4))
 
-/* Places of a disc's or a ring's arc. */
+/* Number of support points on the arc of a disc or a ring. */
 #define ARC_POINTS 7
 
 /* Two rollers nearer than this to the axis are one, rad. */
@@ -35,11 +35,11 @@ typedef struct supports {
   int count;
   lm_real angle_rad[LM_SUPPORTS_MAX];
   lm_real own_mm_per_N;    /* of each point */
-  lm_real common_mm_per_N; /* of the body that all points are on, along the axis */
+  lm_real common_mm_per_N; /* of the body that carries all points, along the axis */
 } supports;
 
-/* Radial force of the wave generator on a lobe at rated torque: what bends rim and race to the
- * wave, and what the teeth push back. */
+/* Radial force of the wave generator on a lobe at rated torque: the force that bends rim and race
+ * to the wave, plus that of the teeth. */
 static lm_real lobe_force(const lm_drive *drive, const lm_mesh *mesh) {
   const lm_real r = mesh->geometry.neutral_mm;
   return lm_shape_generator_force(&mesh->line.shape) * drive->support.ring_stiffness_N_mm2 *
@@ -48,7 +48,8 @@ static lm_real lobe_force(const lm_drive *drive, const lm_mesh *mesh) {
              real_tan(drive->teeth.pressure_angle_rad);
 }
 
-/* Of a bearing with rigid rings: its most loaded ball gives as much as the ring moves. */
+/* For a bearing with rigid rings: the deflection of the most loaded ball is the displacement of the
+ * ring. */
 static lm_real bearing_compliance(const lm_support *support, lm_real force_N) {
   const lm_real share = STRIBECK / LM_REAL(support->balls);
   return share * lm_ball_compliance(support->ball_diameter_mm, share * force_N);
@@ -66,7 +67,7 @@ static void hold_by_balls(const lm_drive *drive, lm_real force_N, supports *held
       lm_ball_compliance(drive->support.ball_diameter_mm, force_N / LM_REAL(held->count));
 }
 
-/* Rim and race are pressed flat on the arc; the body behind it moves in its bearing. */
+/* Rim and race are in full contact with the arc; its body moves in its bearing. */
 static void hold_by_arc(const lm_drive *drive, const lm_mesh *mesh, lm_real force_N,
                         supports *held) {
   const lm_real beta = mesh->line.shape.contact_half_angle_rad;
@@ -113,9 +114,10 @@ static void find_supports(const lm_drive *drive, const lm_mesh *mesh, supports *
   }
 }
 
-/* The supports' forces hold the ring at its own give: with g the gives of the free ring at the
- * supports from a force on a tooth, and M the supports' compliance (the ring's and their own), a
- * tooth gives G - g M^-1 g. With M = L L^T that is G - v v, v = L^-1 g. */
+/* The support forces reduce the deflection of the free ring: let G be its deflection at a tooth
+ * under a unit force there, g its deflections at the supports, and M the compliance of the supports
+ * (the ring's plus their own). The deflection at the tooth is G - g M^-1 g. With M = L L^T that is
+ * G - v v, v = L^-1 g. */
 lm_status lm_make_rim_support(const lm_drive *drive, const lm_mesh *mesh,
                               const lm_clearance teeth[], int count, lm_foundation *foundation,
                               lm_fault *fault) {

@@ -4,8 +4,8 @@
 #include "real_math.h"
 #include "refuse.h"
 
-/* Four rollers: D falls to zero at 43.891 deg and the shape turns over; 35 deg is the last angle
- * with a usable shape. */
+/* Four rollers: D falls to zero at 43.891 deg and the shape changes sign; 35 deg is the largest
+ * angle with a usable shape. */
 #define ROLLER_ANGLE_MAX LM_REAL(0.6108652381980153)
 #define ARC_ANGLE_MIN LM_REAL(0.05)
 #define ARC_ANGLE_MAX LM_REAL(1.2)
@@ -126,7 +126,7 @@ lm_wave lm_evaluate_shape(const lm_shape *shape, lm_real angle_rad) {
   return wave;
 }
 
-/* Within a zone the curvature is monotone, so its extremes stand at 0, beta and pi/2. */
+/* Within a zone the curvature is monotone, so its extremes are at 0, beta and pi/2. */
 static void curvature_range(const lm_shape *shape, lm_real *low, lm_real *high) {
   lm_real curvature[3];
   int i;
@@ -182,7 +182,7 @@ static void parallel_point(const lm_neutral_line *line, lm_real t, lm_real *x, l
 }
 
 /* R(p) of the ellipse: Newton on the parameter t, whose difference from p is of order w0/r_m; each
- * round squares the error, so four leave none. */
+ * round squares the error, so four reach rounding. */
 static void ellipse_radius(const lm_neutral_line *line, lm_real polar, lm_real *radius,
                            lm_real *slope) {
   const lm_real c = real_cos(polar);
@@ -202,7 +202,7 @@ static void ellipse_radius(const lm_neutral_line *line, lm_real polar, lm_real *
   *slope = *radius * (x * tx + y * ty) / (x * ty - y * tx);
 }
 
-/* R - r_m and dR/dp for 0 <= p <= pi/2. Small quantities stay small, which float32 needs. */
+/* R - r_m and dR/dp for 0 <= p <= pi/2. Small quantities are computed directly, for float32. */
 static void rise(const lm_neutral_line *line, lm_real polar, lm_real *above_mm, lm_real *slope_mm) {
   if (line->shape.type == LM_ELLIPSE) {
     lm_real radius;
@@ -263,9 +263,9 @@ static void close_wave(lm_neutral_line *line) {
   }
 }
 
-/* The semi-axis across, so that the ellipse has the length left for it. By Steiner's formula the
- * parallel curve is longer by 2 pi times the distance. Trapezoid on a periodic function: 32 points
- * give the perimeter of any ellipse in range to rounding. */
+/* The other semi-axis, for which the ellipse has the required length. By Steiner's formula the
+ * parallel curve is longer than the ellipse by 2 pi times the distance. Trapezoid on a periodic
+ * function: 32 points give the perimeter of any ellipse in range to rounding. */
 static void close_ellipse(lm_neutral_line *line) {
   const lm_real target = line->radius_mm - line->parallel_mm;
   int round;

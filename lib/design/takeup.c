@@ -5,7 +5,7 @@
 
 #define SPRINGS_MAX (4 * LM_LOBE_TEETH_MAX) /* both flanks of both lobes of the largest drive */
 
-/* Numbers of any drive, with orders of magnitude to spare, whose products float32 still holds. */
+/* Limits far beyond any drive, whose products are within the range of float32. */
 #define RADIUS_MIN_MM LM_REAL(1e-3)
 #define RADIUS_MAX_MM LM_REAL(1e6)
 #define STIFFNESS_MIN LM_REAL(1e-9)
@@ -94,8 +94,8 @@ static void sort_springs(lm_spring springs[], int count) {
   }
 }
 
-/* The middle of the free play, if the last backward spring lets go before the first forward one
- * takes hold. Sorted springs. */
+/* The middle of the free play, if the last backward spring ceases to carry before the first forward
+ * one begins. Sorted springs. */
 static int middle_of_play(const lm_spring springs[], int count, lm_real *angle_rad) {
   lm_real last_backward = -REAL_INFINITY;
   lm_real first_forward = REAL_INFINITY;
@@ -149,12 +149,12 @@ lm_status lm_independent_take_up(lm_spring springs[], int count, lm_real torque_
   if (carrying == 0 && torque_Nm < LM_REAL(0)) {
     return refuse(fault, LM_NO_CONTACT, "springs");
   }
-  /* Between two events T = slope phi - moment; walk up to the stretch that holds the torque. Where
-   * the last spring lets go the torque is zero exactly: rounding must neither carry a small torque
-   * across the play nor leave a stiffness behind. */
+  /* Between two events T = slope phi - moment; go up to the section that contains the torque. Where
+   * the last spring ceases to carry, the torque is exactly zero: rounding must neither leave a
+   * small torque in the play nor a stiffness. */
   for (i = 0; i < count; i++) {
     const lm_real event = spring_event(&springs[i]);
-    const int left = carrying + springs[i].side; /* one takes hold, or one lets go */
+    const int left = carrying + springs[i].side; /* one begins or ceases to carry */
     if (carrying > 0 && torque_Nm <= (left == 0 ? LM_REAL(0) : slope * event - moment)) {
       break;
     }
@@ -226,15 +226,15 @@ typedef struct path {
   int count;
   const lm_foundation *foundation;
   lm_take_up_workspace *w;
-  lm_real multiplicity; /* 2 when one lobe stands for both */
+  lm_real multiplicity; /* 2 if one lobe represents both */
   int first_tooth;      /* range of teeth that any contact uses */
   int last_tooth;
-  int events_left; /* how many more pairs may join or leave on this way */
+  int events_left; /* number of further pairs that may join or leave on this path */
 } path;
 
 /* How the distance of each pair changes along the path parameter. */
 typedef enum direction {
-  CLOSE_BOTH, /* both flanks close together: the preload is let in */
+  CLOSE_BOTH, /* both flanks close together: the preload is applied */
   TURN_UP,    /* the output turns forward */
   TURN_DOWN
 } direction;
@@ -295,7 +295,8 @@ static lm_status append_pair(path *p, int contact, lm_fault *fault) {
   return LM_OK;
 }
 
-/* Take pair number k out of the factor: rotate the columns that stick out, then close the rows up.
+/* Remove pair number k from the factor: rotate the columns that are no longer triangular, then move
+ * the rows up.
  */
 static void remove_pair(path *p, int k) {
   lm_take_up_workspace *w = p->w;
@@ -349,9 +350,9 @@ static void solve_rates(path *p, direction way) {
   }
 }
 
-/* --- what a set of pair forces does to the rim --- */
+/* --- effect of a set of pair forces on the rim --- */
 
-/* Turn of each axial section from the torques in all of them. */
+/* Rotation of each axial section from the torques in all of them. */
 static void turn_sections(const path *p, const lm_real torque_Nmm[LM_SECTIONS_MAX],
                           lm_real turn_rad[LM_SECTIONS_MAX]) {
   int s;
@@ -387,7 +388,8 @@ static void take_off_supports(path *p, const lm_real force[], int lobe) {
   }
 }
 
-/* Radial give of every rim (w->give) and turn of every section from forces on the active pairs. */
+/* Radial deflection of every rim (w->give) and rotation of every section from forces on the active
+ * pairs. */
 static void spread(path *p, const lm_real force[], lm_real turn_rad[LM_SECTIONS_MAX]) {
   lm_take_up_workspace *w = p->w;
   lm_real torque_Nmm[LM_SECTIONS_MAX];
@@ -440,14 +442,14 @@ static lm_real torque_of(const path *p, const lm_real force[]) {
 
 /* --- following the path --- */
 
-/* The next event along the path: how far to go, and which pair joins (or leaves, if it is active).
- * pair = -1: none, the path runs straight on for ever. */
+/* The next event along the path: its distance, and the pair that joins (or leaves, if it is
+ * active). pair = -1: no further event. */
 typedef struct event {
   lm_real distance;
   int pair;
 } event;
 
-/* Fills w->rate; approach[] is how fast each pair that does not carry closes. */
+/* Fills w->rate; approach[] is the closing rate of each pair that does not carry. */
 static event next_event(path *p, direction way) {
   lm_take_up_workspace *w = p->w;
   lm_real turn_rad[LM_SECTIONS_MAX];
@@ -477,7 +479,7 @@ static event next_event(path *p, direction way) {
   return next;
 }
 
-/* Go along the path with the rates that next_event left. */
+/* Advance along the path with the rates from next_event. */
 static void go(path *p, lm_real distance) {
   lm_take_up_workspace *w = p->w;
   int i;
@@ -491,8 +493,8 @@ static void go(path *p, lm_real distance) {
   }
 }
 
-/* Every pair joins and leaves a few times at most; more events than this mean that rounding has
- * taken over, or that the foundation contradicts itself. */
+/* Every pair joins and leaves a few times at most; more events than this mean that rounding
+ * dominates, or that the foundation is inconsistent. */
 static void allow_events(path *p) {
   p->events_left = 8 * p->count + 64;
 }
@@ -539,7 +541,7 @@ static lm_status let_preload_in(path *p, lm_real relief, lm_fault *fault) {
   }
 }
 
-/* Turn from the present state until the torque is zero; *angle is moved along. */
+/* Rotate from the present state until the torque is zero; *angle is updated. */
 static lm_status turn_to_rest(path *p, lm_real *angle, lm_fault *fault) {
   const direction way = torque_of(p, p->w->force) > LM_REAL(0) ? TURN_DOWN : TURN_UP;
   const lm_real sign = way == TURN_UP ? LM_REAL(1) : LM_REAL(-1);
@@ -561,8 +563,8 @@ static lm_status turn_to_rest(path *p, lm_real *angle, lm_fault *fault) {
   }
 }
 
-/* Gaps of both flanks decide where rest is: a free play has no force in its middle, a preload is
- * the equilibrium of both flanks. */
+/* The gaps of both flanks determine the rest position: with free play it is its middle, without
+ * force; with preload it is the equilibrium of both flanks. */
 static lm_status find_rest(path *p, lm_rest *rest, lm_fault *fault) {
   lm_real forward = REAL_INFINITY;
   lm_real backward = REAL_INFINITY;
@@ -601,7 +603,7 @@ static lm_status find_rest(path *p, lm_rest *rest, lm_fault *fault) {
   return LM_OK;
 }
 
-/* Remember the rest state; both directions start from it. */
+/* Store the rest state, from which both directions start. */
 static void keep_rest(path *p) {
   lm_take_up_workspace *w = p->w;
   int i;
@@ -626,7 +628,7 @@ static int count_teeth(const path *p, int side) {
   return teeth[0] > teeth[1] ? teeth[0] : teeth[1];
 }
 
-/* Share of the twist: sum over the sections of turn times torque, both since rest. */
+/* Share of the twist: sum over the sections of rotation times torque, both since rest. */
 static lm_real twist_work(const path *p) {
   const lm_take_up_workspace *w = p->w;
   lm_real torque_Nmm[LM_SECTIONS_MAX] = {LM_REAL(0)};
@@ -664,7 +666,7 @@ static void report_state(path *p, lm_real angle, lm_real distance, lm_real torqu
   }
   for (i = 0; i < w->active_count; i++) {
     const int pair = w->active[i];
-    /* In this order the change keeps its digits however small the torque. */
+    /* In this order the change keeps its digits for any small torque. */
     const lm_real change = (w->force[i] - w->rest_force[pair]) + w->rate[i] * distance;
     w->change[i] = change;
     clearance += change * w->rest_slack_mm[pair];
@@ -705,7 +707,7 @@ static void record_stage(path *p, lm_real torque_Nm, lm_real angle, const event 
 }
 
 /* From rest through the torques first, first + step, ... last, which grow away from zero. Torques
- * are counted from what rounding has left of the preload's balance. */
+ * are relative to the rounding error of the preload's equilibrium. */
 static lm_status follow(path *p, direction way, const lm_real torque_Nm[], int first, int last,
                         lm_take_up states[], lm_fault *fault) {
   const int step = way == TURN_UP ? 1 : -1;

@@ -76,8 +76,8 @@ static int nearest_index(int i, int last) {
   return i < last ? i : last;
 }
 
-/* Logarithm of what the field grows by from the i-th to the next; beyond the table that of its last
- * pair. */
+/* Logarithm of the growth of the field from the i-th to the next grade; beyond the table that of
+ * its last pair. */
 static lm_real log_growth(const double field_um[], int i) {
   const int first = nearest_index(i, IT_LAST - IT_FIRST - 1);
   return real_log(LM_REAL(field_um[first + 1] / field_um[first]));
@@ -88,7 +88,8 @@ lm_status lm_it_tolerance_continuous(lm_real diameter_mm, lm_real grade, lm_real
   const double *field_um;
   const lm_status status = find_it_fields(diameter_mm, grade, tolerance_mm, &field_um, fault);
   if (status == LM_OK) {
-    /* Cubic in the logarithm; its slope at a whole grade is the mean of the growths beside it. */
+    /* Cubic in the logarithm; its slope at a whole grade is the mean of the growths on both sides.
+     * */
     const int i = nearest_index((int)grade - IT_FIRST, IT_LAST - IT_FIRST);
     const lm_real beyond = grade - LM_REAL(i + IT_FIRST);
     const lm_real short_of = LM_REAL(1) - beyond;
@@ -532,7 +533,7 @@ static lm_real standard_deviate(lm_distribution distribution, uint32_t point) {
   const int upper = point >= UINT32_C(0x80000000);
   const uint32_t tail = upper ? ~point : point;
   const lm_real p = ((lm_real)tail + LM_REAL(0.5)) * LM_REAL(2.3283064365386963e-10); /* 2^-32 */
-  /* Share sorted out on each side: rounded up from Phi(-3), which keeps every deviate inside +-1.
+  /* Share rejected on each side: rounded up from Phi(-3), so that every deviate is within +-1.
    */
   const lm_real cut = LM_REAL(1.35e-3);
   lm_real lower = LM_REAL(0);
@@ -586,9 +587,9 @@ static void sort_ascending(lm_real *values, size_t count) {
   }
 }
 
-/* Order statistic at n p - 1/2, straight between neighbours: the k-th of n drives of a net stands
- * for the share (k + 1/2) / n. The whole part of the position is found bit by bit: a number type
- * with derivatives has no conversion to an integer. */
+/* Order statistic at n p - 1/2, straight between neighbours: the k-th of n drives of a net
+ * represents the share (k + 1/2) / n. The whole part of the position is found bit by bit: a number
+ * type with derivatives has no conversion to an integer. */
 static lm_real quantile_of(const lm_real *sorted, int samples_log2, lm_real probability) {
   const size_t samples = (size_t)1 << samples_log2;
   const size_t last = samples - 1;

@@ -71,7 +71,7 @@ static void put_tooth(const strip_sums *sums, lm_real face_width, lm_real load_a
       compliance->bending_mm_per_N + compliance->shear_mm_per_N + compliance->axial_mm_per_N;
 }
 
-/* Strip of a tooth whose thickness runs straight from one height to the next. */
+/* Strip of a tooth whose thickness is linear from one height to the next. */
 static void add_trapezoid(strip_sums *sums, lm_real from, lm_real to, lm_real thickness_from,
                           lm_real thickness_to, lm_real load_height) {
   const lm_real half = (to - from) / LM_REAL(2);
@@ -155,8 +155,8 @@ lm_status lm_tooth_profile_compliance(const lm_real *height_mm, const lm_real *h
     return refuse(fault, LM_NULL, "compliance");
   }
   for (i = 0; height_mm[i] < load_height_mm; ++i) {
-    /* The strip that holds the load ends there. The load lies within the samples, so the loop ends
-     * before the last one is passed. */
+    /* The strip that contains the load ends there. The load lies within the samples, so the loop
+     * ends before the last one is passed. */
     const lm_real end = height_mm[i + 1] < load_height_mm ? height_mm[i + 1] : load_height_mm;
     const lm_real along = (end - height_mm[i]) / (height_mm[i + 1] - height_mm[i]);
     const lm_real below = LM_REAL(2) * half_thickness_mm[i];
@@ -204,8 +204,8 @@ lm_status lm_tooth_outline_compliance(const lm_real half_thickness_mm[LM_TOOTH_S
 }
 
 /* Pressure angle and involute function at a radius; both zero below the base circle, where the
- * flank continues radially. atan of the tangent keeps its digits where acos of a number near one
- * loses them. */
+ * flank continues radially. atan of the tangent is accurate where acos of a number near one loses
+ * digits. */
 static lm_real involute_at(lm_real base_radius, lm_real radius, lm_real *pressure_angle) {
   lm_real tangent = LM_REAL(0);
   *pressure_angle = LM_REAL(0);
@@ -324,9 +324,9 @@ static lm_status check_loaded_radius(const lm_involute_tooth *tooth, lm_real loa
 }
 
 /* From the base circle (or the end of the tooth next to it) to a radius on either side. The
- * substitution radius = joint + length t^2 (3 - 2t) crowds the points at both ends: at the base
- * circle, where the involute function starts with the power 3/2, and at a thin tip. Two Gauss
- * panels in t. dy counts positive whichever way the tooth points. */
+ * substitution radius = joint + length t^2 (3 - 2t) concentrates the points at both ends: at the
+ * base circle, where the involute function starts with the power 3/2, and at a thin tip. Two Gauss
+ * panels in t. dy is positive for both directions of the tooth. */
 static void add_involute_span(strip_sums *sums, const lm_involute_tooth *tooth, lm_real joint,
                               lm_real end, lm_real loaded_radius) {
   const lm_real length = end - joint;
@@ -345,7 +345,7 @@ static void add_involute_span(strip_sums *sums, const lm_involute_tooth *tooth, 
   }
 }
 
-/* Into low .. high, whichever of the two ends is the larger. */
+/* Clipped to the range between two ends in any order. */
 static lm_real clamp_between(lm_real value, lm_real a, lm_real b) {
   const lm_real low = a < b ? a : b;
   const lm_real high = a < b ? b : a;
@@ -371,8 +371,7 @@ lm_status lm_involute_tooth_compliance(const lm_involute_tooth *tooth, lm_real l
   if (compliance == 0) {
     return refuse(fault, LM_NULL, "compliance");
   }
-  /* The flank has a joint at the base circle. Where that lies outside the tooth, one span is
-   * empty. */
+  /* The flank has a joint at the base circle. If that is outside the tooth, one span is empty. */
   joint = clamp_between(tooth->base_radius_mm, tooth->root_radius_mm, loaded_radius_mm);
   add_involute_span(&sums, tooth, joint, tooth->root_radius_mm, loaded_radius_mm);
   add_involute_span(&sums, tooth, joint, loaded_radius_mm, loaded_radius_mm);

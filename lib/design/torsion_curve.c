@@ -18,8 +18,8 @@ static lm_tooth_material material_of(const lm_drive *drive) {
   return material;
 }
 
-/* `own` is the flank as lm_make_geometry gives it; pitch_half_rad is half the pitch angle where
- * that is the flank of a SPACE (the tooth has what it leaves), 0 where it is the tooth's own. */
+/* `own` is the flank as lm_make_geometry gives it; pitch_half_rad is half the pitch angle if that
+ * is the flank of a SPACE (the tooth is the rest of the pitch), 0 if it is the tooth's own. */
 static lm_status tabulate_give(const lm_involute_tooth *tooth, const lm_involute *own,
                                lm_real pitch_half_rad, lm_real low_mm, lm_real high_mm,
                                const lm_drive *drive, lm_give_table *table, lm_fault *fault) {
@@ -79,8 +79,8 @@ static outline_point rigid_outline(const lm_mesh *mesh, lm_real height_mm) {
   return point;
 }
 
-/* Where the tip's corner turns round, the generated flank is nearly flat against the force; nothing
- * presses there, but the table has a node. */
+/* Where the path of the tip's corner reverses, the generated flank is nearly perpendicular to the
+ * force; there is no contact, but the table has a node. */
 #define ANGLE_MIN LM_REAL(-0.5)
 #define ANGLE_MAX LM_REAL(1.3)
 
@@ -136,7 +136,7 @@ static lm_real larger(lm_real a, lm_real b) {
   return a > b ? a : b;
 }
 
-/* Internal deformation: the flexspline's teeth stand outward, */
+/* Internal deformation: the flexspline's teeth point outward, */
 static lm_status give_of_external_teeth(const lm_drive *drive, const lm_mesh *mesh, lm_real hair,
                                         lm_give_table *table, lm_fault *fault) {
   const lm_geometry *g = &mesh->geometry;
@@ -176,8 +176,8 @@ static lm_status give_of_internal_teeth(const lm_drive *drive, const lm_mesh *me
                                          g->rigid_tip_mm, high, drive, table, fault);
 }
 
-/* The loaded radii run from where the mating tip can reach to the own tip; a load needs an involute
- * under it and some tooth below it. */
+/* The loaded radii go from the reach of the mating tip to the gear's own tip; at the load there
+ * must be an involute, and tooth below it. */
 static lm_status prepare_give(const lm_drive *drive, const lm_mesh *mesh, lm_pair_give *give,
                               lm_fault *fault) {
   const lm_geometry *g = &mesh->geometry;
@@ -293,7 +293,7 @@ static void average_nearest(const lm_clearance clearances[], int count, lm_real 
   }
 }
 
-/* What builds the list of contacts. */
+/* State while the list of contacts is built. */
 typedef struct builder {
   const lm_drive *drive;
   const lm_pair_give *give;
@@ -302,9 +302,9 @@ typedef struct builder {
   int lobes;
 } builder;
 
-/* What the eccentricity of a fixed wave generator adds to the gap of a pair in one lobe and takes
- * off it in the other: the same displacement for all teeth, which each feels along its own radius
- * and across it. sense: +1 where a lobe that moves outwards goes into mesh, -1 where it leaves it.
+/* Amount that the eccentricity of a fixed wave generator adds to the gap of a pair in one lobe and
+ * subtracts in the other: the same displacement for all teeth, resolved along and across the radius
+ * of each. sense: +1 where a lobe that moves outwards goes into mesh, -1 where it leaves it.
  */
 static lm_real eccentric_shift(const lm_generator *g, lm_real sense, lm_real angle_rad,
                                const lm_gap *gap, int side) {
@@ -464,7 +464,7 @@ static lm_status build_contacts(const lm_drive *drive, lm_real phase_rad, lm_mes
 /* --- the sum -------------------------------------------------------------------------------------
  */
 
-/* One torque: everything behind the mesh, and the sum. */
+/* One torque: all contributions besides the mesh, and the sum. */
 static lm_status add_chains(const lm_drive *drive, const lm_mesh_state *state, lm_real gap_rad,
                             lm_real torsion_rad_per_Nm, const lm_take_up *mesh, lm_real torque_Nm,
                             lm_contributions *out, lm_fault *fault) {

@@ -1,9 +1,9 @@
 /* The run-time code is compiled as written, independent of the compiler's flags: no fused
  * multiply-add, and no call of the C library where the source has a loop.
  *
- * A fused multiply-add rounds once where the source rounds twice, so that a core with one would
- * compute other bits than a core without. GCC fuses by default in its gnu dialects. Clang keeps to
- * the pragma unless it gets -ffp-contract=fast, which overrules the source. */
+ * A fused multiply-add rounds once where the source rounds twice, so the results of cores with and
+ * without it would differ. GCC fuses by default in its gnu dialects. Clang keeps to the pragma
+ * unless it gets -ffp-contract=fast, which overrules the source. */
 #ifndef LOSTMOTION_RUNTIME_AS_WRITTEN_H
 #define LOSTMOTION_RUNTIME_AS_WRITTEN_H
 

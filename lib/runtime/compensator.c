@@ -13,12 +13,12 @@
 #define LOST_MOTION_MAX_RAD LM_REAL(1000)
 
 /* The three stages of the limiter, position to velocity to acceleration to jerk, each four times as
- * fast as the one before. Then each stage approaches its bound without passing it:
+ * fast as the one before. Then each stage approaches its bound without exceeding it:
  *
  * Let a be the acceleration after a tick, v the velocity, V its bound, k2 the second rate, k3 the
- * third, all in ticks, and suppose a <= 2 k2 (V - v). The next acceleration is at most
- * (1 - k3) a + k3 k2 (V - v), and with k3 = 4 k2 that keeps the supposition true, so v <= V for
- * ever. Where the jerk limit binds it needs jerk >= 2 k2 a besides, hence the acceleration is held
+ * third, all in ticks, and assume a <= 2 k2 (V - v). The next acceleration is at most
+ * (1 - k3) a + k3 k2 (V - v), and with k3 = 4 k2 the assumption remains true, so v <= V always.
+ * Where the jerk limit is active, jerk >= 2 k2 a is also required, hence the acceleration is held
  * below jerk / (2 k2) = jerk / (8 response). The same argument one stage up holds the velocity
  * below acceleration / (2 response). */
 #define STAGE_RATIO LM_REAL(4)
@@ -44,7 +44,7 @@
  * rings when the correction returns would make it fade in and out endlessly. */
 #define FORGIVING LM_REAL(0.2)
 /* In the first half of the window the mean is that of all samples: a single sample, taken during a
- * motion or while a torque filter settles, would otherwise stand for a whole window. */
+ * motion or while a torque filter settles, would otherwise represent a whole window. */
 #define FIRST_SHARES 2
 /* Harm counts in proportion to its mean square over misfit_rad^2, up to this factor on its
  * duration: a wrong sign, which doubles the error, is detected in the first move; slight harm takes
@@ -410,7 +410,7 @@ static inline lm_real judge_unusual(const lm_compensator *c, lm_real told, uint3
   return with_sign_of(told, limit);
 }
 
-/* States in which a tick differs from the usual. */
+/* States in which a tick differs from the usual one. */
 #define UNUSUAL (LM_STATE_HOLDING | LM_STATE_RESETTING | LM_STATE_RINGING | LM_STATE_HEADROOM_SHORT)
 
 /* Target of the correction in these states. */
@@ -473,7 +473,7 @@ lm_correction lm_step_compensator(lm_compensator *compensator, const lm_conditio
     } else if (is_greater(torque_Nm, compensator->highest_Nm)) {
       compensator->highest_Nm = torque_Nm;
     } else {
-      /* swept before */
+      /* already swept */
     }
   }
 #if LM_EFFECTS_MAX > 0
@@ -729,7 +729,7 @@ static void doubt(lm_compensator *c, lm_real elapsed_s) {
   } else if (c->power_residual_rad2 < HELP_SHARE * c->power_measured_rad2) {
     c->doubt_s = greatest(c->doubt_s - FORGIVING * elapsed_s, 0);
   } else {
-    /* neither: stays */
+    /* neither: unchanged */
   }
 }
 
@@ -748,7 +748,7 @@ static void fade(lm_compensator *c, lm_real elapsed_s) {
   } else if (!(c->doubt_s > 0)) {
     c->gain = clamp(c->gain + most, 0, 1);
   } else {
-    /* in doubt: stays */
+    /* in doubt: unchanged */
   }
 }
 

@@ -44,7 +44,7 @@ static inline lm_real evaluate_curve(const lm_curve *curve, lm_real torque_Nm) {
   return curve->angle_rad[at] + curve->slope_rad_per_Nm[at] * (torque_Nm - curve->torque_Nm[at]);
 }
 
-/* As a function, for who takes size before speed. */
+/* As a function, where size has priority over speed. */
 #if defined(__OPTIMIZE_SIZE__)
 #define EVALUATE_CURVE lm_evaluate_curve
 #else

@@ -1,5 +1,5 @@
-/* All of the library's effects. A file of its own: a program that does not name the table links
- * none of them but those in its parameters, whatever its linker does with unused sections. */
+/* All effects of the library. A separate file: a program that does not name the table links only
+ * the effects in its parameters, whether or not its linker removes unused sections. */
 #include "lostmotion/effects.h"
 
 #define LM_EFFECT_POINTER(name) &lm_effect_##name,

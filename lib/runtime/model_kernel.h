@@ -67,12 +67,12 @@ static inline lm_real judge_range(lm_real told, const lm_real *range, lm_real un
 #define USUAL_OF(field, NEED, usual, uses) usual,
 #define NOTHING_KNOWN {LM_CONDITION_LIST(ZERO_OF, ZERO_OF, USUAL_OF) 0, 0}
 
-/* The conditions that most effects do with, and a bit beside those of LM_NEEDS_: there is an effect
- * that needs another, or that changes torque or bands. */
+/* The conditions that are sufficient for most effects, and a bit in addition to those of LM_NEEDS_:
+ * some effect needs another condition, or changes torque or bands. */
 #define USUAL_NEEDS (LM_NEEDS_TORQUE | LM_NEEDS_TEMPERATURE | LM_NEEDS_TIME)
 #define NEEDS_MORE 0x80000000u
 
-/* Everything the effects at work need. */
+/* Conditions that the active effects need. */
 static inline uint32_t needs_of(const lm_parameters *parameters) {
   uint32_t needs = 0;
   uint32_t more = 0;
@@ -147,10 +147,10 @@ static inline void read_moment(lm_conditions *at, const lm_parameters *parameter
 }
 #endif
 
-/* One step to an input that is believed, `elapsed_s` after the one before (take_elapsed); `needs`
- * those of the parameters. Adds to *status what the conditions are stated by. Effects
- * come in the order torque, width, angle, and take their memory one after the other. Most are
- * angles that want torque and temperature: all else is out of their way. */
+/* One step to a valid input, `elapsed_s` after the one before (take_elapsed); `needs` those of the
+ * parameters. Adds to *status what the conditions are stated by. Effects come in the order torque,
+ * width, angle, and take their memory one after the other. Most are angles that need only torque
+ * and temperature; everything else is outside their path. */
 static inline lm_real step_model(const lm_parameters *parameters, lm_memory *memory,
                                  const lm_conditions *given, lm_real input, lm_real elapsed_s,
                                  uint32_t needs, uint32_t *status) {
@@ -209,7 +209,7 @@ static inline lm_real step_model(const lm_parameters *parameters, lm_memory *mem
 }
 
 #if defined(__OPTIMIZE_SIZE__)
-/* The same as a function, for who takes size before speed. */
+/* The same as a function, where size has priority over speed. */
 lm_real lm_step_believed(const lm_parameters *parameters, lm_memory *memory,
                          const lm_conditions *given, lm_real input, lm_real elapsed_s,
                          uint32_t needs, uint32_t *status);

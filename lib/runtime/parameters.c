@@ -25,9 +25,10 @@ uint32_t lm_find_crc(uint32_t before, const void *bytes, size_t length) {
   return ~crc;
 }
 
-/* The numbers from the torque limit to the last of the ranges that were fitted: they are in the
- * struct one after the other, in this order, and so they do in the binary form. Their bounds are a
- * table, at a third of the flash that as many calls would take, and pairs of bounds another. */
+/* The numbers from the torque limit to the last of the ranges that were fitted: they are
+ * consecutive in the struct, in this order, and in the binary form as well. Their bounds are a
+ * table, which needs a third of the flash of individual calls; pairs of bounds are another table.
+ * */
 enum {
   UP_TO_TORQUE_LIMIT,
   PERIOD,

@@ -26,8 +26,8 @@ static lm_status check_play(lm_real radius_Nm, lm_real widening, lm_real weight,
   return status;
 }
 
-/* The widening that the steep edge's slope can hold: rounding it there first makes a bank that was
- * written out and read back the same, bit for bit. */
+/* The widening as the slope of the steep edge can represent it: because it is rounded there first,
+ * a bank that is written and read back is bit-identical. */
 static lm_real held_widening(lm_real widening) {
   lm_real steep = 1 + widening;
   return steep - 1;

@@ -6,27 +6,27 @@
 #include "runtime/number.h"
 #include "runtime/play_edge.h"
 
-/* Written out, the eight steps cost 14 instructions each on a Cortex-M4F, in a loop 18; where size
- * counts (-Os) the loop stays. */
+/* Written out, the eight steps cost 14 instructions each on a Cortex-M4F, in a loop 18; with -Os
+ * the loop is kept. */
 #if defined(__GNUC__) && !defined(__OPTIMIZE_SIZE__)
 #define UNROLL _Pragma("GCC unroll 8")
 #else
 #define UNROLL
 #endif
 
-/* Banks of which no band widens have loops of their own, where speed counts. The gap profile's one
- * play never widens by much: there it does not pay. */
+/* Banks of which no band widens have loops of their own, where speed counts. In the gap profile,
+ * with a single operator, this has no benefit. */
 #if defined(__OPTIMIZE_SIZE__) || LM_PROFILE == LM_PROFILE_GAP
 #define NARROW_APART 0
 #else
 #define NARROW_APART 1
 #endif
 
-/* The running sum over all operators, so that the part outside can be read off where the places
- * change. Outside comes first: its radians are the smaller numbers, and subtracting them from the
- * total costs the inside part no digit that matters. Keeping every sum costs one store an operator
- * where a comparison costs three instructions; without an FPU neither counts, but the stack does,
- * and of one operator there is but one sum.
+/* The running sum over all operators, so that the part in series is known at the change from series
+ * to parallel. The operators in series come first: their radians are the smaller numbers, and
+ * subtracting them from the total costs the parallel part no significant digit. Keeping every sum
+ * costs one store an operator where a comparison costs three instructions; without an FPU both are
+ * negligible, but the stack is not; with one operator there is only one sum.
  */
 #if WITHOUT_FPU || LM_PLAYS_MAX == 1
 #define KEEP_EVERY_SUM 0
@@ -66,8 +66,8 @@ static inline lm_real envelope_at(const lm_play_bank *bank, lm_real torque_Nm) {
 }
 #endif
 
-/* Begins with the place of the first operator: adding it to zero would take an addition, which
- * without an FPU is 70 instructions. */
+/* Begins with the state of the first operator: adding it to zero would cost an addition, 70
+ * instructions without an FPU. */
 static inline void start_sum(running_sum *sum, const lm_play_bank *bank, lm_real z_Nm) {
   sum->total = bank->slot[0].weight * z_Nm;
 #if !KEEP_EVERY_SUM
@@ -102,9 +102,9 @@ static inline lm_play_sum split_sum(const running_sum *sum, const lm_play_bank *
   return split;
 }
 
-/* The operator's place; `widens` and `up` are constants wherever this is taken in. A slope of 1
- * changes no bit, so a bank of which no band widens is spared the products: a seventh of the
- * model's time, without an FPU a fifth. */
+/* The operator's state; `widens` and `up` are constants wherever this is inlined. A slope of 1
+ * changes no bit, so a bank without widening bands omits the products: a seventh of the model's
+ * time, without an FPU a fifth. */
 static inline lm_real push_play(const lm_play_slot *slot, lm_real *place_Nm, lm_real at_Nm,
                                 int widens, int up) {
   lm_real z_Nm = *place_Nm;

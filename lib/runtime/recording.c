@@ -39,9 +39,9 @@ static inline lm_real push_constant(const lm_play_slot *slot, lm_real *place_Nm,
   return z_Nm;
 }
 
-/* One step of operators whose bands are as wide at every torque. The bits are those of
- * advance_plays, and of lm_advance_scaled_plays with a width_scale of 1. Slots not in use weigh
- * nothing. */
+/* One step of operators whose bands have the same width at every torque. The bits are those of
+ * advance_plays, and of lm_advance_scaled_plays with a width_scale of 1. Unused slots have no
+ * weight. */
 static inline lm_play_sum advance_constant(const lm_play_bank *bank, int32_t slots,
                                            lm_play_memory *memory, lm_real torque_Nm) {
   lm_real at_Nm = envelope_at(bank, torque_Nm);
@@ -56,7 +56,7 @@ static inline lm_play_sum advance_constant(const lm_play_bank *bank, int32_t slo
   return split_sum(&sum, bank, at_Nm);
 }
 
-/* Slots to be computed where every band is as wide at every torque, 0 where one is not. */
+/* Slots to be computed if every band has constant width, 0 if one has not. */
 static int32_t constant_slots(const lm_play_bank *bank) {
   if (bank->widens) {
     return 0;
@@ -64,7 +64,7 @@ static int32_t constant_slots(const lm_play_bank *bank) {
   return bank->count <= FEW_PLAYS ? FEW_PLAYS : LM_PLAYS_MAX;
 }
 
-/* Torsion curve and operators. `slots` is a constant wherever this is taken in, so that the loop
+/* Torsion curve and operators. `slots` is a constant wherever this is inlined, so that the loop
  * over the operators is written out; 0: by the kernel of the controller. */
 static inline lm_real wind_up(const lm_parameters *parameters, lm_memory *memory, int32_t slots,
                               lm_real torque_Nm, lm_real *wound_Nm) {

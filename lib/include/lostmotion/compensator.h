@@ -138,7 +138,7 @@ typedef struct lm_compensator {
   lm_real velocity_per_s;     /* position to velocity: response */
   lm_real acceleration_per_s; /* velocity to acceleration: 4 response */
   lm_real jerk_share;         /* acceleration to jerk within one tick: 16 response * period */
-  /* what the step compares with */
+  /* thresholds of the step */
   lm_real usual_Nm;      /* torque within the fitted range and the limit */
   lm_real settled_rad_s; /* below this speed the correction is at rest */
   /* load range since a start with unknown memory */
@@ -164,7 +164,7 @@ typedef struct lm_compensator {
   lm_real torque_error_Nm; /* for this declared error of the torque */
   int8_t turns;            /* successive reversals; the sign is the direction of the last */
   uint8_t zero_shared;     /* measured lost motion and model share their zero */
-  uint16_t watched;        /* samples that the watch has had, up to the largest number */
+  uint16_t watched;        /* number of samples of the watch, up to its maximum */
   uint32_t standing;       /* latched status bits */
 #if LM_EFFECTS_MAX > 0
   uint32_t needs;   /* LM_NEEDS_ bits of the active effects */

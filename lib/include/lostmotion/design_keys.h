@@ -1,7 +1,7 @@
 /* The keys of a drive's [design] as data: for readers of drive files, reference pages, messages.
  *
- * What each key is called, its unit, kind, range, default and meaning, from the one list in
- * design_key_list.h; and the names that stand for the values of the enumerations of a drive.
+ * Name, unit, kind, range, default and meaning of each key, from the list in design_key_list.h; and
+ * the names of the values of the enumerations of a drive.
  */
 #ifndef LOSTMOTION_DESIGN_KEYS_H
 #define LOSTMOTION_DESIGN_KEYS_H
@@ -13,7 +13,7 @@
 
 LM_BEGIN_DECLS
 
-/* What a value is. */
+/* Type of a value. */
 typedef enum lm_key_kind {
   LM_KIND_REAL = 0,
   LM_KIND_COUNT = 1,       /* a whole number */
@@ -23,7 +23,7 @@ typedef enum lm_key_kind {
   LM_KIND_FLANK = 5        /* lm_flank_kind; by name in a file */
 } lm_key_kind;
 
-/* What a range is measured in. */
+/* Unit of a range. */
 typedef enum lm_key_measure {
   LM_PER_ONE = 0,      /* the unit of the key */
   LM_PER_DEGREE = 1,   /* degrees, of a key in rad */
@@ -34,11 +34,11 @@ typedef enum lm_key_measure {
   LM_PER_FACE = 6      /* face widths */
 } lm_key_measure;
 
-/* What a drive file does with a key. */
+/* Treatment of a key in a drive file. */
 typedef enum lm_key_file {
   LM_FILE_REQUIRED = 0,
-  LM_FILE_DEFAULT = 1, /* left out, it is `usual` */
-  LM_FILE_FILLED = 2 /* left out, it is 0, which lm_complete_drive replaces where 0 means nothing */
+  LM_FILE_DEFAULT = 1, /* if left out, it is `usual` */
+  LM_FILE_FILLED = 2   /* if left out, it is 0, which lm_complete_drive may replace */
 } lm_key_file;
 
 /* One key. The texts are constant and never freed. */

@@ -200,7 +200,7 @@ typedef struct lm_drive {
   lm_tolerance_link tolerances[LM_TOLERANCE_LINKS_MAX];
 } lm_drive;
 
-/* Fills everything that the designer has not stated, in proportion to size. Reads ratio,
+/* Fills in everything that the designer has not stated, in proportion to the size. Reads ratio,
  * rated_torque_Nm, all of teeth, and type, deflection and contact angle of the wave generator,
  * which must be set. Every other field that is 0 (a number) or empty (a chain) is replaced by:
  *  - rim s = (65 + 2.5 |u|^(2/3)) 1e-4 d, d = module times flexspline teeth; wall 0.6 s; length the

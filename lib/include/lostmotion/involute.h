@@ -8,7 +8,7 @@
 
 LM_BEGIN_DECLS
 
-/* An involute flank by its half angle: at radius rho the flank stands at
+/* An involute flank by its half angle: at radius rho the flank is at
  *   xi(rho) = half_angle_rad - inv(arccos(base_mm / rho)),  inv a = tan a - a,
  * from the axis of a tooth of an external gear, or from the axis of a space of an internal gear. */
 typedef struct lm_involute {

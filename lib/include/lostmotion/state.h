@@ -1,7 +1,7 @@
 /* Status bits of one step of the model and of the compensator.
  *
  * A bit without "lasts" refers only to the step that returned it. The page "Integration" of the
- * documentation tells what the host should do about each bit. */
+ * documentation states what the host should do about each bit. */
 #ifndef LOSTMOTION_STATE_H
 #define LOSTMOTION_STATE_H
 

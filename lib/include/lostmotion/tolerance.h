@@ -55,7 +55,7 @@ typedef struct lm_tolerance_link {
   lm_gap_zone zone;
 } lm_tolerance_link;
 
-/* Links that one chain may have: the dimensions of the Sobol generator. */
+/* Largest number of links of a chain: the number of dimensions of the Sobol generator. */
 #define LM_TOLERANCE_CHAIN_MAX 32
 
 /* ---- Pairs: equations (10), (11) ------------------------------------------------------------ */
@@ -179,7 +179,7 @@ typedef struct lm_gap_statistics {
 
 /* Samples the chain: one Sobol dimension a link, deviations by the inverse of each distribution.
  * workspace of at least LM_SAMPLE_GAP_WORKSPACE(plan->samples_log2) numbers (LM_TOO_SMALL); its
- * contents on return are of no use. Quantiles interpolate between order statistics at n p - 1/2.
+ * contents on return are unspecified. Quantiles interpolate between order statistics at n p - 1/2.
  * Cost: scramblings * 2^samples_log2 * (links inverse distributions + a heapsort); 2^12 samples, 8
  * scramblings, 10 links: about 6 ms on a PC. Drives whose links are all bounded (not LM_NORMAL)
  * stay inside lm_worst_limits; where all are LM_NORMAL and nothing clips, quantiles at 0.00135 and

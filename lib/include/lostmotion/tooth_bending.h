@@ -140,12 +140,12 @@ lm_status lm_line_contact_half_width(lm_real force_N, lm_real relative_radius_mm
 /* Approach of two bodies in line contact, mm/N: 2 (1-nu^2) / (pi E b) [ln(4 h1 h2 / a^2)
  * - nu / (1-nu)], h depth to the tooth's centre line, a half width of the contact
  * (LM_INCONSISTENT unless a <= h1 and a <= h2). Near-conformal flanks have a wide contact and
- * hardly any of it. */
+ * almost no approach. */
 lm_status lm_line_contact_compliance(lm_real depth1_mm, lm_real depth2_mm, lm_real half_width_mm,
                                      lm_real face_width_mm, const lm_tooth_material *material,
                                      lm_real *compliance_mm_per_N, lm_fault *fault);
 
-/* Equation (7) put right: output rotation for a displacement delta along the tooth force,
+/* Equation (7), corrected: output rotation for a displacement delta along the tooth force,
  * delta / (r cos(flank angle)), from T dphi = P delta with T = P r cos(flank angle). */
 lm_status lm_tooth_bending_angle(lm_real deflection_mm, lm_real radius_mm, lm_real flank_angle_rad,
                                  lm_real *angle_rad, lm_fault *fault);

@@ -79,8 +79,8 @@ typedef struct lm_design_workspace {
   lm_take_up_workspace take_up;
 } lm_design_workspace;
 
-/* Torque of the lost motion that data sheets state, as share of the rated torque: Harmonic Drive SE
- * takes +-4 %. */
+/* Torque of the lost motion that data sheets state, as a share of the rated torque: 4 % in those of
+ * Harmonic Drive SE. */
 #define LM_LOST_MOTION_SHARE LM_REAL(0.04)
 
 /* Radial gap Delta0 of the drive: gap.generator_mm + gap.teeth_mm, each plus the mean of its zone

@@ -1,4 +1,4 @@
-/* How far a gap is taken up. */
+/* Share of a gap that is taken up. */
 #ifndef LOSTMOTION_RUNTIME_EFFECTS_CLOSED_SHARE_H
 #define LOSTMOTION_RUNTIME_EFFECTS_CLOSED_SHARE_H
 
@@ -6,7 +6,8 @@
 #include "runtime/number.h"
 
 #if LM_EFFECT_CARDS
-/* The torque that takes a gap up, on a card; a fit starts from 0.4 and 3 % of the rated torque. */
+/* The torque that takes up a gap, as a value of a card; a fit starts from 0.4 and 3 % of the rated
+ * torque. */
 #define TAKEUP_VALUE(typical_Nm)          \
   {"takeup_Nm",                           \
    LM_VALUE_SHAPE,                        \

@@ -4,7 +4,7 @@
 
 enum { SHARE, ONSET_S, VALUES };
 
-/* Memory: the elements' angles, then what has been gathered for their next move. */
+/* Memory: the angles of the elements, then the time and angle gathered for their next step. */
 enum { ELEMENTS = 4, GATHERED_S = ELEMENTS, GATHERED_RAD_S = ELEMENTS + 1, MEMORY = ELEMENTS + 2 };
 #define FIRST_TIME LM_REAL(1.6)
 #define TIME_RATIO LM_REAL(7.4)
@@ -14,13 +14,13 @@ static const lm_real weight[ELEMENTS] = {LM_REAL(1.0838), LM_REAL(1.8605), LM_RE
                                          LM_REAL(2.6421)};
 
 /* Anelastic creep, share * ln(1 + t / onset) of the elastic angle under constant load, and its
- * recovery. Four Kelvin elements stand for the logarithm: time constants 1.6 * 7.4^k * onset,
+ * recovery. Four Kelvin elements approximate the logarithm: time constants 1.6 * 7.4^k * onset,
  * weights from a least-squares fit of ln(1 + t) on 0.01 <= t <= 1000, largest error 0.031 (0.5 % of
  * the end value).
  *
- * At a controller's tick the slow elements would move by less than a rounding of a float. So time
- * and angle are gathered until BATCH of the shortest time constant has passed, and the elements
- * move then, by the mean angle. */
+ * In one tick of a controller the slow elements would move by less than the rounding of a float.
+ * Therefore time and angle are gathered until BATCH of the shortest time constant has passed; then
+ * the elements move, by the mean angle. */
 static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *at) {
   lm_real first_s = FIRST_TIME * value[ONSET_S];
   lm_real crept_rad = 0;

@@ -4,7 +4,7 @@
 
 enum { GAP_RAD, TAKEUP_NM, VALUES };
 
-/* A side clearance that is left when the drive is assembled. */
+/* A side clearance that remains when the drive is assembled. */
 static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *at) {
   (void)memory;
   return value[GAP_RAD] * closed_share(at->wound_Nm, value[TAKEUP_NM]);

@@ -4,8 +4,8 @@
 
 enum { INERTIA_KG_M2, VALUES };
 
-/* The inertia between the torque sensor and the drive takes what accelerates it from the torque
- * that winds the drive up; friction turns round and remembers as it does with any torque. */
+/* The torque that accelerates the inertia between torque sensor and drive does not wind up the
+ * drive; friction follows the remaining torque. */
 static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *at) {
   (void)memory;
   return -value[INERTIA_KG_M2] * at->output_acceleration_rad_s2;

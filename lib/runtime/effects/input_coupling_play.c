@@ -5,9 +5,9 @@
 enum { PLAY_RAD, RATIO, TAKEUP_NM, DRAG_NM, BLEND_RAD_S, VALUES };
 
 /* Play of the coupling between motor and wave generator, seen through the ratio. The coupling
- * carries what the load requires and what turning the wave generator takes: with the load against
- * the rotation, or at rest, its side is that of the load. The drag has the sign of the ratio: where
- * that is negative, turning the input forward takes the coupling to its other side. */
+ * carries the torque of the load and the drag of the wave generator: with the load against the
+ * rotation, or at rest, its side is that of the load. The drag has the sign of the ratio: if that
+ * is negative, turning the input forward moves the coupling to its other side. */
 static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *at) {
   (void)memory;
   lm_real drag_Nm = value[DRAG_NM] * closed_share(at->input_velocity_rad_s, value[BLEND_RAD_S]);

@@ -4,7 +4,8 @@
 
 enum { COMPLIANCE_RAD_PER_NM, RATIO, VALUES };
 
-/* The lock that holds the input yields; seen through the square of the ratio. */
+/* The lock of the input is compliant; at the output its compliance is divided by the square of the
+ * ratio. */
 static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *at) {
   (void)memory;
   return value[COMPLIANCE_RAD_PER_NM] * at->torque_Nm / (value[RATIO] * value[RATIO]);

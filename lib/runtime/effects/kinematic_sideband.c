@@ -4,7 +4,7 @@
 
 enum { UPPER_COSINE_RAD, UPPER_SINE_RAD, LOWER_COSINE_RAD, LOWER_SINE_RAD, VALUES };
 
-/* Pitch errors of the flexspline ride on the deformation wave: orders 2 +- 2/ratio of the
+/* Pitch errors of the flexspline move with the deformation wave: orders 2 +- 2/ratio of the wave
  * generator. */
 static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *at) {
   (void)memory;

@@ -14,12 +14,12 @@ enum {
   VALUES
 };
 
-/* By how much less than with equal lobes the mesh turns, over the angle g in which a lobe's teeth
- * come into contact; `torque` and `runout` are over the takeup and over g.
+/* Decrease of the rotation of the mesh compared with equal lobes, over the angle g in which a
+ * lobe's teeth come into contact; `torque` and `runout` are over the takeup and over g.
  *
  * A lobe at the angle x carries K (sqrt(x^2 + g^2) - g), and as much the other way at -x. One lobe
- * stands at x + runout, the other at x - runout, and both carry the torque. While both press the
- * same way, x is a point of the ellipse about the foci +-runout, before that of the hyperbola. */
+ * is at x + runout, the other at x - runout, and both carry the torque. While both press the same
+ * way, x is a point of the ellipse about the foci +-runout, before that of the hyperbola. */
 static lm_real held_back(lm_real torque, lm_real runout) {
   lm_real runout2 = runout * runout;
   lm_real torque2 = torque * torque;

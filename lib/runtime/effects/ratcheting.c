@@ -4,10 +4,10 @@
 
 enum { THRESHOLD_NM, TOOTH_ANGLE_RAD, VALUES };
 
-#define TEETH_MAX LM_REAL(1000)  /* further than any drive survives */
+#define TEETH_MAX LM_REAL(1000)  /* more than any drive survives */
 #define REARM_SHARE LM_REAL(0.9) /* the peak is over below this part of the threshold */
 
-/* Above a torque the mesh slips by whole teeth and stays there. Memory: teeth slipped, and whether
+/* Above a torque the mesh slips by whole teeth, permanently. Memory: teeth slipped, and whether
  * the present peak has been counted. */
 static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *at) {
   lm_real load_Nm = absolute(at->torque_Nm);

@@ -11,16 +11,16 @@ enum { BEHIND_NM, BEFORE_NM, STARTED, MEMORY };
 #define SHORTEST_S LM_REAL(1e-9)
 #define LONGEST_S LM_REAL(10)
 
-/* Torque and angle are not sampled at the same instant: the torque that the angle belongs to
- * follows the one that was read with a first-order lag, or, where the lag is negative, is ahead of
- * it by as much. It acts on the torque, so that friction turns round when the drive does.
+/* Torque and angle are not sampled at the same instant: the torque at the time of the angle follows
+ * the recorded one with a first-order lag, or leads it if the lag is negative. It acts on the
+ * torque, so that friction reverses when the drive does.
  *
- * Between two samples the torque T is taken to be a ramp, for which the lag has a closed form
- * whatever the length of the step: with u = elapsed / lag, the torque that it is behind
+ * Between two samples the torque T is assumed to be a ramp, for which the lag has a closed form for
+ * any length of the step: with u = elapsed / lag, the torque difference
  *
  *     behind <- behind e^-u - (T - T_before) (1 - e^-u) / u
  *
- * so that a lag far below one sample leaves -lag dT/dt, as it should. */
+ * so that a lag far below one sample gives -lag dT/dt. */
 static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *at) {
   lm_real steps = at->elapsed_s / clamp(absolute(value[LAG_S]), SHORTEST_S, LONGEST_S);
   lm_real way = lm_relaxation(steps);

@@ -4,9 +4,9 @@
 
 enum { COULOMB_NM, BREAKAWAY_NM, STRIBECK_RAD_S, BLEND_RAD_S, VALUES };
 
-/* Dry friction between the two sides, with its Stribeck fall over the speed of the input, takes
- * from the torque that winds the drive up; the sign of the speed is blended in below `blend`, so
- * that a standing drive is not decided by noise. */
+/* Dry friction between the two sides, which falls with the speed of the input (Stribeck), reduces
+ * the torque that winds up the drive. Below `blend` the sign of the speed is replaced by a ramp, so
+ * that noise at standstill does not determine it. */
 static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *at) {
   (void)memory;
   lm_real fast = at->input_velocity_rad_s / value[STRIBECK_RAD_S];

@@ -4,7 +4,7 @@
 
 enum { DRIFT_RAD_PER_K, VALUES };
 
-/* Mounts and encoders move with temperature, whatever the torque. */
+/* Mounts and encoders move with temperature, independently of the torque. */
 static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *at) {
   (void)memory;
   return value[DRIFT_RAD_PER_K] * (at->temperature_C - LM_REFERENCE_TEMPERATURE_C);

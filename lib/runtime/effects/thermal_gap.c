@@ -5,8 +5,8 @@
 
 enum { GAP_RAD_PER_K, GAP_RAD, TAKEUP_NM, VALUES };
 
-/* Housing and steel expand differently and open or close the radial gap, which tan(alpha)/r turns
- * into an angle; a gap cannot become less than nothing, so it closes for good at -gap. */
+/* Housing and steel expand differently and open or close the radial gap; tan(alpha)/r converts it
+ * to an angle. A gap cannot be negative, so the change is limited to -gap. */
 static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *at) {
   (void)memory;
   lm_real warmer_K = at->temperature_C - LM_REFERENCE_TEMPERATURE_C;

@@ -4,8 +4,8 @@
 
 enum { DRAG_NM_S, VALUES };
 
-/* Viscous drag between the two sides takes from the torque that winds the drive up, in proportion
- * to the speed of the input. */
+/* Viscous drag between the two sides reduces the torque that winds up the drive, in proportion to
+ * the speed of the input. */
 static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *at) {
   (void)memory;
   return -value[DRAG_NM_S] * at->input_velocity_rad_s;

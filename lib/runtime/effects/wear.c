@@ -4,8 +4,8 @@
 
 enum { GAP_RAD, EXPONENT, TAKEUP_NM, VALUES };
 
-/* Teeth thin with use: a gap that grows as a power of the load cycles, less and less while they run
- * in and in proportion after that (Archard). */
+/* Teeth become thinner with use: a gap that grows as a power of the load cycles, at a decreasing
+ * rate during running-in and in proportion after that (Archard). */
 static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *at) {
   (void)memory;
   lm_real worn = lm_power(at->cycles * LM_REAL(1e-6), value[EXPONENT]);
