@@ -532,11 +532,37 @@ void lm_set_mode(lm_compensator *compensator, lm_mode mode) {
     /* resets, whatever it is */
   }
   if (is_started(compensator)) {
-    if ((compensator->standing & modes) != other) {
+    if (other == LM_STATE_RESETTING) {
       listen_anew(compensator);
     }
     compensator->standing = (compensator->standing & ~modes) | other;
   }
+}
+
+/* The range of a standstill: +-4 of the noise, as for ringing. settled_rad_s is response noise. */
+static lm_real standing_range(const lm_compensator *c) {
+  return 2 * RINGING_NOISES * c->settled_rad_s / c->parameters->limits.response_per_s;
+}
+
+lm_real lm_find_standstill(const lm_compensator *compensator, lm_standstill *standstill) {
+  lm_real now_rad;
+  if (!is_started(compensator)) {
+    standstill->ticks = 0;
+    return 0;
+  }
+  now_rad = compensator->correction_rad;
+  if (standstill->ticks > 0) {
+    standstill->lowest_rad = least(standstill->lowest_rad, now_rad);
+    standstill->highest_rad = greatest(standstill->highest_rad, now_rad);
+  }
+  if (standstill->ticks == 0 ||
+      is_greater(standstill->highest_rad - standstill->lowest_rad, standing_range(compensator))) {
+    standstill->lowest_rad = now_rad;
+    standstill->highest_rad = now_rad;
+    standstill->ticks = 0;
+  }
+  standstill->ticks += standstill->ticks < UINT32_MAX;
+  return LM_REAL(standstill->ticks - 1) * compensator->parameters->limits.period_s;
 }
 
 void lm_declare_memory_known(lm_compensator *compensator) {

@@ -10,6 +10,14 @@
 #define HALVINGS 24
 #endif
 
+uint32_t lm_find_needs(const lm_parameters *parameters) {
+#if LM_PROFILE == LM_PROFILE_GAP
+  return parameters ? LM_NEEDS_OUTPUT_ANGLE : 0u;
+#else
+  return parameters ? (needs_of(parameters) & ~NEEDS_MORE) | LM_NEEDS_TORQUE : 0u;
+#endif
+}
+
 void lm_start_model(lm_memory *memory, lm_real torque_Nm) {
 #if LM_EFFECT_MEMORY_MAX > 0
   int32_t i;

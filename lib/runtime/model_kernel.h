@@ -33,6 +33,11 @@ static inline lm_real believe(lm_real torque_Nm, lm_real before_Nm, lm_real limi
   return with_sign_of(torque_Nm, limit_Nm);
 }
 
+/* The conditions that are sufficient for most effects, and a bit in addition to those of LM_NEEDS_:
+ * some effect needs another condition, or changes torque or bands. */
+#define USUAL_NEEDS (LM_NEEDS_TORQUE | LM_NEEDS_TEMPERATURE | LM_NEEDS_TIME)
+#define NEEDS_MORE 0x80000000u
+
 #if LM_EFFECTS_MAX > 0
 /* A condition, or `unknown` if it is unknown or invalid. Twice the sum of two angles of
  * LM_ANGLE_MAX_RAD is still one that lm_sine reduces. */
@@ -66,11 +71,6 @@ static inline lm_real judge_range(lm_real told, const lm_real *range, lm_real un
 #define ZERO_OF(field, ...) 0,
 #define USUAL_OF(field, NEED, usual, uses) usual,
 #define NOTHING_KNOWN {LM_CONDITION_LIST(ZERO_OF, ZERO_OF, USUAL_OF) 0, 0}
-
-/* The conditions that are sufficient for most effects, and a bit in addition to those of LM_NEEDS_:
- * some effect needs another condition, or changes torque or bands. */
-#define USUAL_NEEDS (LM_NEEDS_TORQUE | LM_NEEDS_TEMPERATURE | LM_NEEDS_TIME)
-#define NEEDS_MORE 0x80000000u
 
 /* Conditions that the active effects need. */
 static inline uint32_t needs_of(const lm_parameters *parameters) {

@@ -245,9 +245,10 @@ static lm_status check_header(const uint8_t *bytes, size_t length, lm_fault *fau
   return LM_OK;
 }
 
-static lm_status check_stored_count(uint32_t count, int32_t most, lm_fault *fault) {
+static lm_status check_stored_count(const char *size, uint32_t count, int32_t most,
+                                    lm_fault *fault) {
   if (count > (uint32_t)most) {
-    return lm_refuse(fault, LM_TOO_SMALL, "count", LM_REAL(count), 0, LM_REAL(most));
+    return lm_refuse(fault, LM_TOO_SMALL, size, LM_REAL(count), 0, LM_REAL(most));
   }
   return LM_OK;
 }
@@ -256,7 +257,7 @@ static lm_status load_curve(lm_parameters *parameters, reader *from, lm_fault *f
   uint32_t count = read_word(from);
 #if LM_PROFILE != LM_PROFILE_GAP
   lm_curve *curve = &parameters->curve;
-  lm_status status = check_stored_count(count, LM_CURVE_POINTS_MAX, fault);
+  lm_status status = check_stored_count("LM_CURVE_POINTS_MAX", count, LM_CURVE_POINTS_MAX, fault);
   uint32_t i;
   if (status != LM_OK) {
     return status;
@@ -268,7 +269,7 @@ static lm_status load_curve(lm_parameters *parameters, reader *from, lm_fault *f
   return lm_build_curve(curve, curve->torque_Nm, curve->angle_rad, (int32_t)count, fault);
 #else
   (void)parameters;
-  return check_stored_count(count, 0, fault);
+  return check_stored_count("LM_CURVE_POINTS_MAX", count, 0, fault);
 #endif
 }
 
@@ -276,10 +277,10 @@ static lm_status load_plays(lm_play_bank *bank, reader *from, lm_fault *fault) {
   lm_play play[LM_PLAYS_MAX];
   uint32_t count = read_word(from);
   uint32_t outside_count = read_word(from);
-  lm_status status = check_stored_count(count, LM_PLAYS_MAX, fault);
+  lm_status status = check_stored_count("LM_PLAYS_MAX", count, LM_PLAYS_MAX, fault);
   uint32_t i;
   if (status == LM_OK) {
-    status = check_stored_count(outside_count, (int32_t)count, fault);
+    status = check_stored_count("outside_count", outside_count, (int32_t)count, fault);
   }
   if (status != LM_OK) {
     return status;
@@ -300,7 +301,7 @@ static lm_status load_plays(lm_play_bank *bank, reader *from, lm_fault *fault) {
 static lm_status load_effects(lm_parameters *parameters, reader *from,
                               const lm_effect *const *table, int32_t table_count, lm_fault *fault) {
   uint32_t count = read_word(from);
-  lm_status status = check_stored_count(count, LM_EFFECTS_MAX, fault);
+  lm_status status = check_stored_count("LM_EFFECTS_MAX", count, LM_EFFECTS_MAX, fault);
 #if LM_EFFECTS_MAX > 0
   uint32_t k;
   if (status != LM_OK) {

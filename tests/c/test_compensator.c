@@ -676,7 +676,9 @@ static void a_condition_that_means_nothing_is_refused(void) {
     lm_effect needy = {9u, LM_EFFECT_ANGLE, 1, 0, 0, nothing_of, {{-1, 1}}, NULL};
     needy.covariates = needs[i];
     parameters.effect_count = 0;
+    TEST_ASSERT_EQUAL(LM_NEEDS_TORQUE, lm_find_needs(&parameters));
     add_effect(&parameters, &needy, 1, 0);
+    TEST_ASSERT_EQUAL(LM_NEEDS_TORQUE | needs[i], lm_find_needs(&parameters));
     restart();
     for (k = 0; k < sizeof condition / sizeof condition[0]; ++k) {
       lm_real kept = *condition[k];
@@ -692,6 +694,7 @@ static void a_condition_that_means_nothing_is_refused(void) {
     }
   }
   parameters.effect_count = 0;
+  TEST_ASSERT_EQUAL(0, lm_find_needs(NULL));
 }
 
 /* A host that does not wrap its angles is informed before the waves jump, whatever their order. */
@@ -797,6 +800,7 @@ static void an_instance_that_was_not_started_corrects_nothing(void) {
   static lm_compensator zeroed;
   lm_compensator refused;
   lm_compensator *every[3];
+  lm_standstill standstill = {0, 0, 0};
   int i;
   memset(&refused, 0xA5, sizeof refused);
   parameters.torque_limit_Nm = -1;
@@ -814,6 +818,9 @@ static void an_instance_that_was_not_started_corrects_nothing(void) {
     lm_declare_shared_zero(every[i]);
     lm_declare_torque_error(every[i], 1);
     lm_watch_output(every[i], 1, 1);
+    standstill.ticks = 9;
+    TEST_ASSERT_TRUE(lm_find_standstill(every[i], &standstill) == 0);
+    TEST_ASSERT_EQUAL(0, standstill.ticks);
     TEST_ASSERT_TRUE(lm_bound_uncertainty(every[i]) == 0);
     TEST_ASSERT_EQUAL(LM_NULL, lm_change_parameters(every[i], &parameters, &fault));
     now = lm_step_compensator(every[i], &at);
@@ -1052,9 +1059,73 @@ static void ringing_is_told_and_ends(void) {
   TEST_ASSERT_TRUE(step(30).status & LM_STATE_RINGING);
   lm_set_mode(&joint, LM_MODE_RUN); /* as before */
   TEST_ASSERT_TRUE(step(30).status & LM_STATE_RINGING);
+  /* Homing and probing do not wake up a loop that rang; who wants that resets it. */
   lm_set_mode(&joint, LM_MODE_HOLD);
+  TEST_ASSERT_TRUE(step(30).status & LM_STATE_RINGING);
+  lm_set_mode(&joint, LM_MODE_RUN);
+  TEST_ASSERT_TRUE(step(30).status & LM_STATE_RINGING);
+  lm_set_mode(&joint, LM_MODE_RESET);
   lm_set_mode(&joint, LM_MODE_RUN);
   TEST_ASSERT_EQUAL(0, step(30).status & LM_STATE_RINGING);
+}
+
+/* A noisy sensor behind a filter of the first order, and a load that changes its sign: after three
+ * time constants of standstill hardly any motion remains, and the noise lets that time pass. */
+static void a_standstill_is_found_in_noise_and_not_before_its_time(void) {
+  const lm_real filter_s = LM_REAL(0.08);
+  const lm_real load_Nm[] = {-12, 12, 11, -12};
+  lm_standstill standstill = {0, 0, 0};
+  lm_real filtered_Nm = -12;
+  lm_real settled_first_rad = 0;
+  size_t k;
+  for (k = 0; k < sizeof load_Nm / sizeof load_Nm[0]; ++k) {
+    lm_correction now;
+    lm_real stood_rad;
+    lm_real end_rad = 0;
+    int settled = 0;
+    int ticks = 0;
+    int i;
+    standstill.ticks = 0;
+    do {
+      filtered_Nm += (load_Nm[k] + LM_REAL(0.5) * draw(-1, 1) - filtered_Nm) *
+                     parameters.limits.period_s / filter_s;
+      now = step(filtered_Nm);
+      if (!settled && k == 1 && (now.status & LM_STATE_SETTLED)) {
+        settled = 1;
+        settled_first_rad = now.correction_rad;
+      }
+      TEST_ASSERT_TRUE(++ticks < 3000);
+    } while (lm_find_standstill(&joint, &standstill) < 3 * filter_s);
+    stood_rad = now.correction_rad;
+    for (i = 0; i < 1000; ++i) {
+      filtered_Nm += (load_Nm[k] + LM_REAL(0.5) * draw(-1, 1) - filtered_Nm) *
+                     parameters.limits.period_s / filter_s;
+      end_rad += LM_REAL(1e-3) * step(filtered_Nm).correction_rad;
+    }
+    TEST_ASSERT_TRUE(distance(stood_rad, end_rad) < parameters.watch.noise_rad);
+    if (k == 1) {
+      TEST_ASSERT_TRUE(distance(settled_first_rad, end_rad) > 2 * parameters.watch.noise_rad);
+    }
+  }
+}
+
+/* The seconds are those since the correction left the range, or since the count began anew. */
+static void a_standstill_begins_anew_with_a_motion(void) {
+  lm_standstill standstill = {0, 0, 0};
+  int i;
+  (void)rest(10, 2000);
+  for (i = 0; i < 100; ++i) {
+    (void)step(10);
+    TEST_ASSERT_TRUE(distance(lm_find_standstill(&joint, &standstill),
+                              LM_REAL(i) * parameters.limits.period_s) < LM_REAL(1e-6));
+  }
+  (void)rest(20, 10);
+  TEST_ASSERT_TRUE(lm_find_standstill(&joint, &standstill) == 0);
+  standstill.ticks = UINT32_MAX;
+  standstill.lowest_rad = joint.correction_rad;
+  standstill.highest_rad = joint.correction_rad;
+  (void)lm_find_standstill(&joint, &standstill);
+  TEST_ASSERT_EQUAL(UINT32_MAX, standstill.ticks);
 }
 
 /* A kinematic error swings the correction as the axis turns, at any speed, and no torque makes it.
@@ -1210,6 +1281,8 @@ int main(void) {
   RUN_TEST(a_shared_zero_makes_what_stands_count);
   RUN_TEST(ringing_is_told_and_ends);
   RUN_TEST(ringing_is_told_in_either_direction);
+  RUN_TEST(a_standstill_is_found_in_noise_and_not_before_its_time);
+  RUN_TEST(a_standstill_begins_anew_with_a_motion);
   RUN_TEST(a_kinematic_error_does_not_ring);
   RUN_TEST(a_velocity_beyond_the_new_limit_is_told);
   RUN_TEST(noise_does_not_ring);

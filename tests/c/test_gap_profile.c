@@ -228,7 +228,8 @@ static void the_binary_form_comes_back_and_a_curve_is_refused(void) {
     }
   }
   TEST_ASSERT_EQUAL(LM_TOO_SMALL, lm_load_parameters(&loaded, blob, length, 0, 0, &fault));
-  TEST_ASSERT_EQUAL_STRING("count", fault.input);
+  TEST_ASSERT_EQUAL_STRING("LM_CURVE_POINTS_MAX", fault.input);
+  TEST_ASSERT_EQUAL(LM_NEEDS_OUTPUT_ANGLE, lm_find_needs(&loaded));
 }
 
 static void a_change_of_parameters_makes_no_step(void) {

@@ -133,6 +133,7 @@ static void counts_beyond_the_build_are_refused(void) {
   put_word(20, LM_CURVE_POINTS_MAX + 1);
   seal(length);
   TEST_ASSERT_EQUAL(LM_TOO_SMALL, load(length));
+  TEST_ASSERT_EQUAL_STRING("LM_CURVE_POINTS_MAX", fault.input);
   TEST_ASSERT_EQUAL(0, loaded.format);
   memcpy(blob, kept, length);
   put_word(20, 1);
@@ -142,10 +143,12 @@ static void counts_beyond_the_build_are_refused(void) {
   put_word(plays_at, LM_PLAYS_MAX + 1);
   seal(length);
   TEST_ASSERT_EQUAL(LM_TOO_SMALL, load(length));
+  TEST_ASSERT_EQUAL_STRING("LM_PLAYS_MAX", fault.input);
   memcpy(blob, kept, length);
   put_word(plays_at + 4, 5);
   seal(length);
   TEST_ASSERT_EQUAL(LM_TOO_SMALL, load(length));
+  TEST_ASSERT_EQUAL_STRING("outside_count", fault.input);
   memcpy(blob, kept, length);
   put_word(plays_at + 8, 0x7FC00000u); /* a radius that is NaN */
   seal(length);
@@ -159,6 +162,7 @@ static void counts_beyond_the_build_are_refused(void) {
   put_word(effects_at, LM_EFFECTS_MAX + 1);
   seal(length);
   TEST_ASSERT_EQUAL(LM_TOO_SMALL, load(length));
+  TEST_ASSERT_EQUAL_STRING("LM_EFFECTS_MAX", fault.input);
   memcpy(blob, kept, length);
   put_word(effects_at + 4, 1); /* no such id */
   seal(length);

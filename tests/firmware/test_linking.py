@@ -103,6 +103,16 @@ def test_a_program_of_other_sizes_than_the_library_does_not_link(
     assert missing[1] != STANDARD
 
 
+def test_a_header_before_runtime_h_does_not_change_the_precision(tmp_path: Path) -> None:
+    first = '#include "lostmotion/parameters.h"\n#include "lostmotion/runtime.h"\n'
+    source = tmp_path / "main.c"
+    source.write_text(first + "int main(void) { return sizeof(lm_real) != 4; }\n")
+    command = ["cc", "-std=c99", f"-I{ROOT / 'lib' / 'include'}", "-fsyntax-only", str(source)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert "include lostmotion/runtime.h before other headers" in done.stderr
+    assert run([*command, "-DLM_REAL_BITS=32"]) == ""
+
+
 def test_no_name_of_the_interface_is_a_macro() -> None:
     for header in (ROOT / "lib" / "include" / "lostmotion").glob("*.h"):
         found = re.findall(

@@ -69,9 +69,9 @@
  * ringing_Hz, too slow to ring, and does not move for changes of the torque within that error. The
  * host declares the error with lm_declare_torque_error: friction of a motor at standstill hides a
  * load from its current that a sensor would show. If no error was declared, the correction goes to
- * zero and the axis is uncompensated. Full, fast correction returns after lm_set_mode to another
- * mode and back, after lm_change_parameters or after a start. The gap profile takes no torque and
- * never rings.
+ * zero and the axis is uncompensated. Full, fast correction returns only at the host's request:
+ * after LM_MODE_RESET, after lm_change_parameters or after a start. The gap profile takes no torque
+ * and never rings.
  *
  * One instance is one struct that the caller owns, a few hundred bytes at most; nothing is static.
  * Not reentrant for one instance: call its functions from one context, or block the tick meanwhile.
@@ -194,13 +194,30 @@ lm_correction lm_settle_compensator(lm_compensator *compensator, const lm_condit
  * LM_STATE_PERIOD_WRONG. `at` null: no condition is known. */
 lm_correction lm_step_compensator(lm_compensator *compensator, const lm_conditions *at);
 
+/* For the decision to close the loop, to save, or to take a reference at rest: how long the
+ * correction has stood. Zero to begin with: `lm_standstill standstill = {0}`. */
+typedef struct lm_standstill {
+  lm_real lowest_rad; /* range of the correction since it stands */
+  lm_real highest_rad;
+  uint32_t ticks; /* since then, this one included; 0: begin anew */
+} lm_standstill;
+
+/* Seconds for which the correction has stayed within a range of 8 noise_rad. Call it after every
+ * step while you wait. LM_STATE_SETTLED judges a single tick: noise of the torque sets and clears
+ * it, and it may be set while a filtered torque still approaches its value. After a standstill of
+ * three time constants of that filter the correction moves by less than noise_rad / 2 more (with
+ * the range R and the time constant tau by at most R / (exp(t / tau) - 1) after a time t). A noise
+ * of the correction above noise_rad, rms, ends the standstill again and again: filter the torque.
+ * Not started: 0. `standstill` must not be null. */
+lm_real lm_find_standstill(const lm_compensator *compensator, lm_standstill *standstill);
+
 /* Sets the headroom of the correction from the next step on, until the next call (which may come in
  * every tick). It never widens the limits of the parameters. Null: only those limits. All zero: the
  * correction comes to rest within a few times 1 / response. */
 void lm_set_headroom(lm_compensator *compensator, const lm_headroom *headroom);
 
-/* Sets the mode from the next step on. A value outside the enumeration counts as LM_MODE_RESET. A
- * change of mode clears LM_STATE_RINGING. */
+/* Sets the mode from the next step on. A value outside the enumeration counts as LM_MODE_RESET.
+ * LM_MODE_RESET clears LM_STATE_RINGING, at once; the other modes leave it. */
 void lm_set_mode(lm_compensator *compensator, lm_mode mode);
 
 /* Declares the history known: the drive has not been loaded since it was assembled, or the host has

@@ -60,6 +60,12 @@ typedef struct lm_memory {
 #endif
 } lm_memory;
 
+/* The conditions that the active effects of checked parameters need, as LM_NEEDS_ bits of
+ * condition_list.h, and the torque (gap profile: the output angle). For parameters that come as a
+ * blob: set these fields of lm_conditions in every tick. LM_NEEDS_TIME: the compensator uses the
+ * period where elapsed_s is not set. LM_USES_INPUT_VELOCITY: not required. Null: 0. */
+uint32_t lm_find_needs(const lm_parameters *parameters);
+
 /* Sets the memory of a drive that has been at rest at a torque [N*m] (gap profile: at a commanded
  * angle): every operator in the middle of its band, the memory of every effect zero. If the
  * operators follow an envelope and the torque is not 0, call lm_settle_model afterwards

@@ -123,7 +123,8 @@ lm_status lm_check_parameters(const lm_parameters *parameters, lm_fault *fault);
 /* Reads the binary form. table[table_count]: the effects that may occur (lm_effects for all effects
  * of the library; may be null if table_count is 0). Safe for arbitrary bytes. Errors: LM_NULL;
  * LM_CORRUPT with the fault "magic", "endianness", "format", "length", "crc" or "effect" (an id
- * that is not in the table); LM_TOO_SMALL ("count": more than this build holds); those of
+ * that is not in the table); LM_TOO_SMALL with the size of profile.h that is less than the fault's
+ * `found` ("LM_EFFECTS_MAX", for example: build with a larger one), or "outside_count"; those of
  * lm_check_parameters. On an error found after the CRC check the struct has been written and is
  * marked unusable (format 0). The struct is filled in place to keep the stack small: never load
  * into the struct that an instance uses, but into another one, and pass that to

@@ -25,6 +25,7 @@
 
 #ifndef LM_REAL_BITS
 #define LM_REAL_BITS 64 /* 32 or 64: bits of lm_real */
+#define LM_REAL_BITS_BY_DEFAULT
 #endif
 
 #if defined(LM_REAL_HEADER)

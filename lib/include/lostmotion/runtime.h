@@ -18,6 +18,9 @@
 #if defined(LM_CONFIG_HEADER)
 #include LM_CONFIG_HEADER /* profile.h */
 #endif
+#if defined(LM_REAL_BITS_BY_DEFAULT)
+#error "lostmotion: include lostmotion/runtime.h before other headers, or define LM_REAL_BITS"
+#endif
 #ifndef LM_REAL_BITS
 #define LM_REAL_BITS 32
 #endif
