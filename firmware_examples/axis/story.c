@@ -1,7 +1,7 @@
 #include "story.h"
 
 #include "../joint/params.h" /* lostmotion export joint.toml -o params.h */
-#include "axis.h"
+#include "lm_axis.h"
 
 #define LOAD_NM (-12.0f) /* weight of the arm */
 #define PUSH_NM (-5.0f)  /* external push while the brake is on */
@@ -9,9 +9,11 @@
 #define STILL_RAD 2e-6f  /* 0.4 arcsec */
 #define ARRIVED_RAD 2e-5f
 
-/* The motor follows at once while the loop is closed and the brake is off; the gear winds up. */
+#define STAND_TICKS 501 /* LM_AXIS_STAND_S */
+
+/* The motor follows at once while the loop is closed; the gear winds up. */
 typedef struct joint {
-  axis drive;
+  lm_axis drive;
   lm_memory gear;
   float motor_rad, twist_rad, wish_rad;
 } joint;
@@ -24,109 +26,129 @@ static float size(float value) {
   return value < 0 ? -value : value;
 }
 
+static lm_conditions conditions(float torque_Nm) {
+  lm_conditions at = LM_CONDITIONS_UNKNOWN; /* the parameters of this joint need the torque only */
+  at.torque_Nm = torque_Nm;
+  return at;
+}
+
 static void run(joint *j, int ticks, float torque_Nm, float rate_rad) {
   const float from_rad = j->wish_rad;
+  const lm_conditions at = conditions(torque_Nm);
   int k;
   for (k = 1; k <= ticks; ++k) {
-    lm_conditions at = LM_CONDITIONS_UNKNOWN;
-    at.torque_Nm = torque_Nm;
     j->wish_rad = from_rad + rate_rad * (float)k;
-    j->motor_rad = axis_tick(&j->drive, torque_Nm, j->motor_rad, j->wish_rad);
+    j->motor_rad = lm_axis_tick(&j->drive, &at, j->motor_rad, j->wish_rad);
     j->twist_rad = lm_step_model(&joint_parameters, &j->gear, &at);
-    if (j->drive.state != AXIS_CLOSED && j->drive.state != AXIS_HOMING) {
+    if (j->drive.state != LM_AXIS_CLOSED) {
       j->wish_rad = j->drive.command_rad;
     }
   }
 }
 
-/* Closes the loop; how far the output moves in the ticks after it. */
+/* Closes the loop once the load stands; how far the output moves in the ticks after it. */
 static float close_loop(joint *j) {
   float before_rad = output(j);
-  j->wish_rad = j->drive.command_rad; /* the planner starts at the output angle */
-  if (axis_close(&j->drive)) {
-    return 1;
+  int ticks = 0;
+  while (lm_axis_close(&j->drive)) {
+    run(j, 1, LOAD_NM, 0);
+    if (++ticks > 2 * STAND_TICKS) {
+      return 1;
+    }
   }
+  j->wish_rad = j->drive.command_rad; /* the planner starts at the output angle */
   run(j, 200, LOAD_NM, 0);
   return size(output(j) - before_rad);
+}
+
+static void turn_load(joint *j, float from_Nm, float to_Nm) {
+  const float by_Nm = to_Nm > from_Nm ? 0.05f : -0.05f;
+  float torque_Nm;
+  for (torque_Nm = from_Nm; (to_Nm - torque_Nm) * by_Nm > 0; torque_Nm += by_Nm) {
+    run(j, 1, torque_Nm, 0);
+  }
 }
 
 int axis_story(float *most_rad) {
   static joint j;
   static lm_saved kept; /* in memory that survives power-down */
+  const lm_conditions at = conditions(LOAD_NM);
   float moved_rad;
-  float torque_Nm;
   float zero_rad;
+  float error_rad;
   kept.format = 0; /* nothing saved yet */
   *most_rad = 0;
   j.motor_rad = 0.2f;
   j.twist_rad = 0;
   lm_start_model(&j.gear, LOAD_NM);
   lm_settle_model(&joint_parameters, &j.gear);
-  /* Power-up, the brake on, and a load cycle under the brake would do as well as this motion. */
-  if (axis_power_up(&j.drive, &joint_parameters, &kept, LOAD_NM, j.motor_rad, 0) != LM_OK) {
+  /* Power-up, the brake on. */
+  if (lm_axis_power_up(&j.drive, &joint_parameters, &kept, &at, j.motor_rad, 0) != LM_OK) {
     return 1;
   }
-  run(&j, 10, LOAD_NM, 0);
+  run(&j, 1, LOAD_NM, 0);
   moved_rad = close_loop(&j);
   *most_rad = moved_rad > *most_rad ? moved_rad : *most_rad;
   if (moved_rad > STILL_RAD) {
     return 2;
   }
-  /* Run: half a radian, with a load that reverses and returns. */
-  run(&j, 1000, LOAD_NM, FAST_RAD);
-  for (torque_Nm = LOAD_NM; torque_Nm < 50; torque_Nm += 0.05f) {
-    run(&j, 1, torque_Nm, 0);
-  }
-  for (; torque_Nm > -50; torque_Nm -= 0.05f) {
-    run(&j, 1, torque_Nm, 0);
-  }
-  for (; torque_Nm < LOAD_NM; torque_Nm += 0.05f) {
-    run(&j, 1, torque_Nm, 0);
-  }
-  run(&j, 400, LOAD_NM, 0);
-  (void)lm_bound_uncertainty(&j.drive.compensator); /* the history is known now */
-  if (size(output(&j) - j.wish_rad) > ARRIVED_RAD) {
+  /* First homing, in motion: the load history is unknown, and the error of the zero says so. */
+  run(&j, 100, LOAD_NM, FAST_RAD);
+  zero_rad = j.wish_rad;
+  error_rad = lm_axis_reference(&j.drive, j.motor_rad, 0.5f);
+  zero_rad -= j.drive.command_rad;
+  j.wish_rad = j.drive.command_rad;
+  if (error_rad < STILL_RAD || size(j.drive.command_rad - 0.5f) > ARRIVED_RAD) {
     return 3;
   }
-  /* Emergency stop in the middle of a motion, a push under the brake, and resume. */
-  run(&j, 100, LOAD_NM, -FAST_RAD);
-  axis_brake(&j.drive);
-  run(&j, 200, LOAD_NM + PUSH_NM, 0);
+  /* Run: half a radian, with a load cycle. */
+  run(&j, 900, LOAD_NM, FAST_RAD);
+  turn_load(&j, LOAD_NM, 50);
+  turn_load(&j, 50, -50);
+  turn_load(&j, -50, LOAD_NM);
   run(&j, 400, LOAD_NM, 0);
+  if (size(output(&j) - zero_rad - j.wish_rad) > ARRIVED_RAD) {
+    return 4;
+  }
+  /* Emergency stop in the middle of a motion, a push under the brake, and resume: refused as long
+   * as the correction still follows the load. */
+  run(&j, 100, LOAD_NM, -FAST_RAD);
+  lm_axis_open(&j.drive);
+  run(&j, 200, LOAD_NM + PUSH_NM, 0);
+  run(&j, 20, LOAD_NM, 0);
+  if (!lm_axis_close(&j.drive) || !lm_axis_power_down(&j.drive, &kept)) {
+    return 5;
+  }
   moved_rad = close_loop(&j);
   *most_rad = moved_rad > *most_rad ? moved_rad : *most_rad;
   if (moved_rad > STILL_RAD) {
-    return 4;
-  }
-  /* Home: the reference is rejected until the correction has settled. */
-  axis_home(&j.drive);
-  run(&j, 1, LOAD_NM, 0);
-  zero_rad = output(&j);
-  run(&j, 400, LOAD_NM, 0);
-  if (axis_reference(&j.drive, j.motor_rad, 1.0f)) {
-    return 5;
-  }
-  j.wish_rad = j.drive.command_rad;
-  run(&j, 200, LOAD_NM, 0);
-  if (size(output(&j) - zero_rad) > STILL_RAD) {
     return 6;
   }
-  run(&j, 1000, LOAD_NM, FAST_RAD); /* resume: to 1.5 rad */
-  run(&j, 400, LOAD_NM, 0);
-  if (size(output(&j) - zero_rad - 0.5f) > ARRIVED_RAD ||
-      size(axis_reported(&j.drive, j.motor_rad) - 1.5f) > ARRIVED_RAD) {
+  /* Home again: the history is known now, and nothing moves. */
+  zero_rad = output(&j);
+  error_rad = lm_axis_reference(&j.drive, j.motor_rad, 1.0f);
+  j.wish_rad = j.drive.command_rad;
+  run(&j, 200, LOAD_NM, 0);
+  if (size(error_rad) > STILL_RAD || size(output(&j) - zero_rad) > STILL_RAD) {
     return 7;
   }
-  /* Brake, power-down with the history, power-up: nothing moves. */
-  axis_brake(&j.drive);
+  run(&j, 1000, LOAD_NM, FAST_RAD); /* to 1.5 rad */
   run(&j, 400, LOAD_NM, 0);
-  axis_power_down(&j.drive, &kept);
-  if (axis_power_up(&j.drive, &joint_parameters, &kept, LOAD_NM, j.motor_rad, 0) != LM_OK ||
-      (j.drive.correction.status & LM_STATE_MEMORY_UNKNOWN)) {
+  if (size(output(&j) - zero_rad - 0.5f) > ARRIVED_RAD ||
+      size(lm_axis_reported(&j.drive, j.motor_rad) - 1.5f) > ARRIVED_RAD) {
     return 8;
   }
-  run(&j, 10, LOAD_NM, 0);
+  /* Brake, power-down with the history, power-up: nothing moves, and the history is used up. */
+  lm_axis_open(&j.drive);
+  run(&j, STAND_TICKS, LOAD_NM, 0);
+  if (lm_axis_power_down(&j.drive, &kept) || kept.format == 0) {
+    return 9;
+  }
+  if (lm_axis_power_up(&j.drive, &joint_parameters, &kept, &at, j.motor_rad, 0) != LM_OK ||
+      (j.drive.correction.status & LM_STATE_MEMORY_UNKNOWN) || kept.format != 0) {
+    return 10;
+  }
   moved_rad = close_loop(&j);
   *most_rad = moved_rad > *most_rad ? moved_rad : *most_rad;
-  return moved_rad > STILL_RAD ? 9 : 0;
+  return moved_rad > STILL_RAD ? 11 : 0;
 }

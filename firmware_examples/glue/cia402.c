@@ -86,8 +86,9 @@ float cia402_reported(const cia402_axis *axis, const cia402_input *in) {
 }
 
 void cia402_reference(cia402_axis *axis, const cia402_input *in, float angle_rad) {
-  axis->zero_rad += angle_rad - cia402_reported(axis, in);
-  axis->command_rad = angle_rad;
+  const float shift_rad = angle_rad - cia402_reported(axis, in);
+  axis->zero_rad += shift_rad;
+  axis->command_rad += shift_rad;
 }
 
 /* Steps through the drive's states, one per cycle. */

@@ -19,8 +19,8 @@
  *
  * Mode: 0x6060 = 8 (CSP) before the drive is enabled; 0x60C2 is the sync period, which must equal
  * the period of the parameters. In modes PP, HM and CSV drives ignore 0x60B0 or add it
- * differently: keep the compensator in LM_MODE_HOLD while the drive homes itself (mode HM), and
- * compute the reference from 0x6064 minus the offset.
+ * differently: keep the compensator in LM_MODE_HOLD while the drive homes itself (mode HM). Set
+ * LM_MODE_RUN again while the drive is disabled, then enable it in CSP and call cia402_reference.
  */
 #ifndef CIA402_H
 #define CIA402_H
@@ -93,7 +93,7 @@ cia402_output cia402_cycle(cia402_axis *axis, const cia402_input *in, const lm_c
 /* Output angle as it is reported upward. */
 float cia402_reported(const cia402_axis *axis, const cia402_input *in);
 
-/* Homing is done: the output stands at angle_rad. Mode LM_MODE_HOLD and LM_STATE_SETTLED first. */
+/* Homing: the output is now at angle_rad. command_rad shifts with the zero, so nothing moves. */
 void cia402_reference(cia402_axis *axis, const cia402_input *in, float angle_rad);
 
 #endif

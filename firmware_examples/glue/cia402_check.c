@@ -127,15 +127,9 @@ int check_cia402(void) {
   if (c.drive.status != CIA402_OPERATION_ENABLED || c.largest_rad > STEP_RAD) {
     return 5;
   }
-  /* Home: the correction is held, a reference taken once it stands. */
-  lm_set_mode(&c.axis.compensator, LM_MODE_HOLD);
-  cycles(&c, 500, LOAD_NM, &wish_rad, 0, 1);
+  /* Home: nothing moves. */
   in = read_drive(&c);
-  if (!(c.axis.correction.status & LM_STATE_SETTLED)) {
-    return 6;
-  }
   cia402_reference(&c.axis, &in, 1.0f);
-  lm_set_mode(&c.axis.compensator, LM_MODE_RUN);
   wish_rad = c.axis.command_rad;
   c.largest_rad = 0;
   cycles(&c, 500, LOAD_NM, &wish_rad, 0, 1);

@@ -32,13 +32,13 @@ lm_status foc_start(foc_joint *joint, const lm_parameters *parameters, const lm_
 /* In every period, enabled or not; the target begins at foc_output as it is enabled. */
 void foc_loop(foc_joint *joint, float output_rad, float torque_Nm, float period_s);
 float foc_output(const foc_joint *joint);
-/* In LM_MODE_HOLD and LM_STATE_SETTLED: the output stands at this angle. */
+/* Homing: the output is now at this angle. Nothing moves if the command is set to it too. */
 void foc_reference(foc_joint *joint, float output_rad);
 
 /* --- A drive in the style of moteus: one interrupt runs everything, angles are turns of the
  * output, the drive plans its own ramp to a position within a velocity and an acceleration, and
  * commands carry a feed-forward torque. */
-typedef enum servo_mode { SERVO_STOPPED, SERVO_POSITION, SERVO_HOMING } servo_mode;
+typedef enum servo_mode { SERVO_STOPPED, SERVO_POSITION } servo_mode;
 
 typedef struct servo_command {
   servo_mode mode;
@@ -66,7 +66,7 @@ lm_status servo_start(servo *drive, const lm_parameters *parameters, const lm_sa
                       float torque_Nm, float measured_rev, float period_s);
 /* The torque for the current loop. */
 float servo_interrupt(servo *drive, const servo_command *command);
-/* In mode SERVO_HOMING, once the correction rests (LM_STATE_SETTLED): the output stands here. */
+/* Homing: the output is now here. The command shifts with the zero, so nothing moves. */
 void servo_reference(servo *drive, float position_rev);
 
 #endif

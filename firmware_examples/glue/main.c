@@ -62,11 +62,8 @@ static int check_foc(void) {
   if (size(joint.motor.shaft_angle_rad - before_rad) > STILL_RAD * GLUE_RATIO) {
     return 4;
   }
-  /* Home with the correction held, resume. */
-  lm_set_mode(&joint.compensator, LM_MODE_HOLD);
-  run_foc(&joint, foc_output(&joint), LOAD_NM, TICKS / 10);
+  /* Home, resume. */
   foc_reference(&joint, 1.0f);
-  lm_set_mode(&joint.compensator, LM_MODE_RUN);
   before_rad = joint.motor.shaft_angle_rad;
   run_foc(&joint, 1.0f, LOAD_NM, TICKS / 10);
   if (size(joint.motor.shaft_angle_rad - before_rad) > STILL_RAD * GLUE_RATIO) {
@@ -116,15 +113,9 @@ static int check_servo(void) {
       !is_close(drive.measured_rev * TURN_RAD, COMMAND_RAD - wind_up())) {
     return 3;
   }
-  /* Home with the correction held, resume. */
-  command.mode = SERVO_HOMING;
-  run_servo(&drive, &command, TICKS / 10);
-  if (!(drive.correction.status & LM_STATE_SETTLED)) {
-    return 4;
-  }
+  /* Home, resume. */
   servo_reference(&drive, 1);
   command.position_rev = 1;
-  command.mode = SERVO_POSITION;
   before_rev = drive.measured_rev;
   run_servo(&drive, &command, TICKS / 10);
   if (size(drive.measured_rev - before_rev) * TURN_RAD > STILL_RAD) {

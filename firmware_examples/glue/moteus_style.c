@@ -62,9 +62,10 @@ static float report(const servo *drive) {
 }
 
 void servo_reference(servo *drive, float position_rev) {
-  drive->zero_rev += position_rev - report(drive);
+  const float shift_rev = position_rev - report(drive);
+  drive->zero_rev += shift_rev;
   drive->reported_position_rev = position_rev;
-  drive->control_position_rev = position_rev;
+  drive->control_position_rev += shift_rev;
 }
 
 float servo_interrupt(servo *drive, const servo_command *command) {
@@ -74,9 +75,9 @@ float servo_interrupt(servo *drive, const servo_command *command) {
 
   /* The load's torque on the output is the opposite of what the drive makes for it, and that of a
    * brake that holds the motor while it is stopped (without one it would be zero then). The model
-   * steps in every mode, so that a stop loses nothing; the correction rests while stopped. */
+   * steps in every mode, so that a stop loses nothing, and the reported angle follows the output.
+   */
   at.torque_Nm = -command->feedforward_torque_Nm;
-  lm_set_mode(&drive->compensator, command->mode == SERVO_POSITION ? LM_MODE_RUN : LM_MODE_HOLD);
   if (command->mode != SERVO_STOPPED) {
     advance_ramp(drive, command);
     share_velocity(drive, command);

@@ -15,8 +15,9 @@ static lm_correction tick(float torque_Nm) {
 int main(void) {
   const float load_Nm = -12.0f; /* the arm loads the gear: the motor has to turn further */
   lm_conditions at = LM_CONDITIONS_UNKNOWN;
+  lm_standstill standstill = {0, 0, 0};
   lm_correction now;
-  float command_rad;
+  float command_rad, zero_rad, zero_error_rad;
   at.torque_Nm = load_Nm;
 
   /* Power-up, position loop open: start, restore the load history, settle. */
@@ -24,6 +25,7 @@ int main(void) {
     return 1; /* pass an lm_fault as the last argument to learn which parameter is wrong */
   }
   (void)lm_restore_compensator(&joint, &kept, 0); /* returns an error if nothing was saved */
+  kept.format = 0; /* used up: a later reset must not restore it again */
   now = lm_settle_compensator(&joint, &at);
 
   /* Close the loop: the command starts at the output angle, so nothing moves. */
@@ -36,20 +38,19 @@ int main(void) {
     measured_rad = command_rad + now.correction_rad;
   }
 
-  /* Emergency stop: the brake holds the motor, ticks continue, the command follows the output. */
-  for (int k = 0; k < 500; ++k) {
+  /* Emergency stop: the brake holds the motor, ticks continue, the command follows the output.
+   * Close again once the correction has stood for three time constants of the torque filter. */
+  do {
     now = tick(load_Nm - 5.0f);
     command_rad = measured_rad - now.correction_rad;
-  }
+  } while (lm_find_standstill(&joint, &standstill) < 0.25f);
 
-  /* Homing: take the reference of the reported angle while the correction is at rest. */
-  lm_set_mode(&joint, LM_MODE_HOLD);
-  do {
-    now = tick(load_Nm);
-  } while (!(now.status & LM_STATE_SETTLED));
-  lm_set_mode(&joint, LM_MODE_RUN); /* then continue from command_rad */
+  /* Homing, in motion or at rest: the reported angle gets a new zero, and nothing moves. The zero
+   * may be wrong by the returned angle; if that is too much, drive a load cycle and home again. */
+  zero_rad = 1.0f - (measured_rad - now.correction_rad);
+  zero_error_rad = lm_bound_uncertainty(&joint);
 
-  /* Power-down, brake on: save the load history for the next power-up. */
+  /* Power-down, brake on and the load at rest: save the load history for the next power-up. */
   lm_save_compensator(&joint, &kept);
-  return measured_rad > 0.4999f && measured_rad < 0.5001f ? 0 : 2;
+  return zero_rad + command_rad > 0.9999f && zero_error_rad < 1e-4f ? 0 : 2;
 }

@@ -29,5 +29,5 @@ void setup() {
 }
 
 void loop() {
-  // In a drive: axis_tick() once in every period of the parameters, from a timer.
+  // In a drive: lm_axis_tick() once in every period of the parameters, from a timer.
 }

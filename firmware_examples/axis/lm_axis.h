@@ -1,0 +1,69 @@
+/* One axis: the calls of a drive's firmware to the compensator, in the right order.
+ *
+ *     lm_axis_power_up     off -> open       start, restore the load history, settle
+ *     lm_axis_close        open -> closed    once the load stands; nothing moves
+ *     lm_axis_tick         in every state    the model receives the whole load history
+ *     lm_axis_reference    open, closed      homing: states the present output angle
+ *     lm_axis_open         closed -> open    brake, emergency stop
+ *     lm_axis_power_down   open -> off       saves the load history
+ *
+ * The projects in ../projects build it with CMake, make, PlatformIO, Arduino, Zephyr and ESP-IDF.
+ */
+#ifndef LM_AXIS_H
+#define LM_AXIS_H
+
+#include "lostmotion/runtime.h"
+
+/* Time for which the correction has to stand before the loop closes or the history is saved, s:
+ * three time constants of a torque filter of 2 Hz (lm_find_standstill). */
+#define LM_AXIS_STAND_S 0.25f
+
+typedef enum lm_axis_state {
+  LM_AXIS_OFF = 0, /* not started */
+  LM_AXIS_OPEN,    /* position loop open, brake on */
+  LM_AXIS_CLOSED   /* the position loop follows the result of lm_axis_tick */
+} lm_axis_state;
+
+typedef struct lm_axis {
+  lm_axis_state state;
+  lm_compensator compensator;
+  lm_correction correction; /* of this tick, with the rates for a feed-forward and the status */
+  lm_standstill standstill;
+  float stood_s;
+  float zero_rad;    /* zero of the output angle, from homing */
+  float command_rad; /* commanded output angle; while the loop is open, the reported one */
+} lm_axis;
+
+/* at: torque on the output, and whatever else the parameters need; motor_rad: motor angle / signed
+ * ratio; kept: the history that lm_axis_power_down saved, or null. It is used up: write *kept back
+ * to its memory before the loop closes, so that a later reset does not restore it again. If the
+ * result is not LM_OK, the axis remains off. */
+lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_saved *kept,
+                           const lm_conditions *at, float motor_rad, lm_fault *fault);
+
+/* Call in every tick. wish_rad: the output angle that the planner asks for; used only while the
+ * loop is closed, and starting at command_rad. Returns the position setpoint, motor angle / ratio.
+ */
+float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_rad, float wish_rad);
+
+/* After power-up and after a brake: closes the loop. Returns 0; returns 1 and leaves it open while
+ * the correction has not stood for LM_AXIS_STAND_S: try again in the next tick. */
+int lm_axis_close(lm_axis *a);
+
+/* Brake or emergency stop: ticks continue, the command follows the output. */
+void lm_axis_open(lm_axis *a);
+
+/* States that the output is now at angle_rad, at rest or in motion. Nothing moves: the planner
+ * continues from command_rad, which is shifted with the zero. Returns by how much the zero may be
+ * wrong, rad: the unknown load history, and what the correction has still to go. If that is too
+ * much, drive a load cycle within the limits of the new zero and home again. Off: returns -1. */
+float lm_axis_reference(lm_axis *a, float motor_rad, float angle_rad);
+
+/* Saves the history. Returns 0; returns 1 and saves nothing while the loop is closed or the
+ * correction has not stood for LM_AXIS_STAND_S. */
+int lm_axis_power_down(lm_axis *a, lm_saved *kept);
+
+/* Actual output angle. */
+float lm_axis_reported(const lm_axis *a, float motor_rad);
+
+#endif
