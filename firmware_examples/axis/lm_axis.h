@@ -1,21 +1,12 @@
-/* One axis: the calls of a drive's firmware to the compensator, in the right order.
- *
- *     lm_axis_power_up     off -> open       start, restore the load history, settle
- *     lm_axis_close        open -> closed    once the load stands; nothing moves
- *     lm_axis_tick         in every state    the model receives the whole load history
- *     lm_axis_reference    open, closed      homing: states the present output angle
- *     lm_axis_open         closed -> open    brake, emergency stop
- *     lm_axis_power_down   open -> off       saves the load history
- *
- * The projects in ../projects build it with CMake, make, PlatformIO, Arduino, Zephyr and ESP-IDF.
- */
+/* One axis: the calls of a drive's firmware to the compensator, in the order of the table on the
+ * page "Integration". */
 #ifndef LM_AXIS_H
 #define LM_AXIS_H
 
 #include "lostmotion/runtime.h"
 
-/* Time for which the correction has to stand before the loop closes or the history is saved, s:
- * three time constants of a torque filter of 2 Hz (lm_find_standstill). */
+/* Standstill of the correction before the loop closes or the history is saved, s: three time
+ * constants of a torque filter of 2 Hz. */
 #define LM_AXIS_STAND_S 0.25f
 
 typedef enum lm_axis_state {
@@ -55,8 +46,7 @@ void lm_axis_open(lm_axis *a);
 
 /* States that the output is now at angle_rad, at rest or in motion. Nothing moves: the planner
  * continues from command_rad, which is shifted with the zero. Returns by how much the zero may be
- * wrong, rad: the unknown load history, and what the correction has still to go. If that is too
- * much, drive a load cycle within the limits of the new zero and home again. Off: returns -1. */
+ * wrong, rad. If that is too much, drive a load cycle and home again. Off: returns -1. */
 float lm_axis_reference(lm_axis *a, float motor_rad, float angle_rad);
 
 /* Saves the history. Returns 0; returns 1 and saves nothing while the loop is closed or the

@@ -48,6 +48,7 @@ MINIMAL = [EXAMPLES / "minimal" / "main.c"]
 FAULT_EXIT_CODE = 99
 
 INTEGRATION = PAGE.parent / "integration.md"
+REFERENCE = PAGE.parent / "integration_reference.md"
 README = ROOT / "README.md"
 MARKERS = r"<!-- minimal example -->\s*```c\n(.*?)```\s*<!-- end of minimal example -->"
 
@@ -124,7 +125,7 @@ def test_six_axes_run_from_blobs(tmp_path: Path, target: Target) -> None:
     assert code == 0, text
     ram = re.fullmatch(r"RAM of six axes, bytes: (\d+)\n", text)
     assert ram is not None, text
-    quoted = re.search(r"six axes take ([\d,]+) bytes", INTEGRATION.read_text())
+    quoted = re.search(r"six axes take ([\d,]+) bytes", REFERENCE.read_text())
     assert quoted is not None
     assert quoted[1].replace(",", "") == ram[1]
 

@@ -1,4 +1,4 @@
-"""The figures of the safety note equal those that its command measures."""
+"""The figures of the page equal those that its command measures."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ sys.path.insert(0, str(Path(__file__).parent))
 import coverage_table
 import plant_table
 
-PAGE = plant_table.ROOT / "bindings" / "python" / "docs" / "integration.md"
+PAGE = plant_table.ROOT / "bindings" / "python" / "docs" / "integration_reference.md"
 
 
-def test_safety_note_quotes_the_measured_coverage(tmp_path: Path) -> None:
+def test_page_quotes_the_measured_coverage(tmp_path: Path) -> None:
     rows = coverage_table.measure(tmp_path).splitlines()
     assert len(rows) == 13
     page = PAGE.read_text().splitlines()

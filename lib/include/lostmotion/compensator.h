@@ -27,18 +27,18 @@
  *     An instance that is null, zeroed or whose start was refused returns a correction of zero
  *     (LM_STATE_NOT_STARTED).
  *
- * Sequence of operation:
- *   power-up      lm_start_compensator; lm_restore_compensator if a history was saved
- *   settle        lm_settle_compensator with the present conditions while the position loop is
- *                 still open: the correction takes its final value and nothing moves
- *   close         the command starts at the reported output angle: measured minus correction
- *   run           lm_step_compensator in every tick
+ * Sequence of operation (the page "Integration" has the same table, with the reasons):
+ *   power-up      lm_start_compensator; lm_restore_compensator if a history was saved, which is
+ * then erased; lm_settle_compensator with the present conditions while the position loop is still
+ * open: the correction takes its final value and nothing moves close         once
+ * lm_find_standstill returns three time constants of the torque filter: the command starts at the
+ * reported output angle, measured minus correction run           lm_step_compensator in every tick
  *   brake, stop   continue to step with the torque that the gear carries, so that the load memory
- *                 stays valid. To close the loop again, start the command at the reported angle
- *   home          LM_MODE_HOLD; take the reference from the reported angle while the correction is
- *                 at rest (LM_STATE_SETTLED). While LM_STATE_MEMORY_UNKNOWN is set, the reference
- *                 may be wrong by up to lm_bound_uncertainty
- *   power-down    brake, step until the load is constant, lm_save_compensator
+ *                 stays valid. Then as `close`
+ *   home          in LM_MODE_RUN: state the reported angle anew, and shift the command with it. The
+ *                 zero may be wrong by lm_bound_uncertainty and by correction_rad +
+ *                 lost_motion_rad. If that is too much, drive a load cycle and home again
+ *   power-down    brake; after the same standstill lm_save_compensator. Power failure: do not save
  *
  * Requirements on the host:
  *   - One call in every period_s of the parameters.
@@ -93,7 +93,7 @@ LM_BEGIN_DECLS
 /* How the correction moves. The load memory is updated in every mode. */
 typedef enum lm_mode {
   LM_MODE_RUN = 0,  /* follows the model */
-  LM_MODE_HOLD = 1, /* moves to the last target and stays there: homing, probing, system
+  LM_MODE_HOLD = 1, /* moves to the last target and stays there: contact, probing, system
                        identification. To stop at once, set a headroom of zero */
   LM_MODE_RESET = 2 /* goes to zero and stays there */
 } lm_mode;
@@ -235,8 +235,9 @@ lm_real lm_bound_uncertainty(lm_compensator *compensator);
  * limits. Operators keep their state as far as the new bands allow. If any band has changed, the
  * history is unknown again (LM_STATE_MEMORY_UNKNOWN), each operator anywhere in its new band. The
  * limits of the new parameters are the headroom until it is set again. The old parameters are read
- * once more, so the new ones need a separate struct. Slow, like lm_check_parameters. Errors:
- * LM_NULL (also where the instance is not started); those of lm_check_parameters; LM_INCONSISTENT
+ * once more, so the new ones need a separate struct; after the call the old one is free. Slow, like
+ * lm_check_parameters. Errors: LM_NULL (also where the instance is not started); those of
+ * lm_check_parameters; LM_INCONSISTENT
  * ("period_s": the period of a running loop cannot change; start again). On an error nothing has
  * changed. */
 lm_status lm_change_parameters(lm_compensator *compensator, const lm_parameters *parameters,
@@ -283,8 +284,8 @@ void lm_declare_shared_zero(lm_compensator *compensator);
 /* Declares the largest error [N*m, either sign] of the torque input without its noise: for a
  * sensor, its zero and scale; for a motor current, the friction that can hide a load at standstill
  * (lm_bound_torque at speed 0) and what lm_estimate_torque neglects. Before the call, after every
- * start, and if error_Nm is negative or NaN, the error is unknown. It is used only after ringing
- * was detected (LM_STATE_RINGING). */
+ * start, and if error_Nm is negative or NaN, the error is unknown. Restoring a history and changing
+ * parameters keep it. It is used only after ringing was detected (LM_STATE_RINGING). */
 void lm_declare_torque_error(lm_compensator *compensator, lm_real error_Nm);
 
 /* The history in a form that can be stored: copy it unchanged to non-volatile memory. */

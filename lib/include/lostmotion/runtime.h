@@ -7,7 +7,7 @@
  * joint_parameters is in the header that `lostmotion export` writes; include it as well.
  *
  * Build lib/runtime/ and lib/status.c with LM_REAL_BITS=32; profile.h lists the configurable sizes.
- * No heap, no libm, of libc only memcpy, no static variables, no double, no recursion.
+ * No heap, no libm, of libc at most memcpy, no static variables, no double, no recursion.
  *
  * Trusted: parameters that passed lm_check_parameters, and pointers. Not trusted: all inputs of a
  * tick, blobs and saved histories.

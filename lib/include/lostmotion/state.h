@@ -19,7 +19,7 @@
 #define LM_STATE_MODEL_REFUSED 2048u      /* the model returned no finite angle (user effect) */
 #define LM_STATE_WATCH_REFUSED 4096u      /* lasts: the last call of lm_watch_output was ignored */
 #define LM_STATE_HEADROOM_SHORT 8192u     /* lasts: the motion exceeds the new limits or headroom */
-#define LM_STATE_SETTLED 16384u           /* the correction is at rest at its target */
+#define LM_STATE_SETTLED 16384u           /* at its target in this step; see lm_find_standstill */
 #define LM_STATE_EXTRAPOLATED 32768u      /* torque or a condition outside the fitted range */
 #define LM_STATE_CONDITION_MISSING 65536u /* a condition that the model needs is unknown */
 #define LM_STATE_NOT_STARTED 131072u      /* instance null or not started: correction zero */

@@ -10,8 +10,10 @@
  * firmware_examples/joint does so without a filter and with a filter of 10 Hz or more). Take the
  * torque from the command and add the filtered difference to the sensor:
  *
- *     beyond += share (sensed - commanded - beyond)       filter as for the current, below;
- *     torque  = commanded + beyond                        skip samples that are NaN
+ *     beyond += share (sensed - commanded - beyond)       skip samples that are not finite
+ *     torque  = commanded + beyond                        commanded: 0 where it is not known
+ *     share   = 1 - exp(-2 pi f T)                        f: a tenth of the lowest resonance or
+ * less; T: period. 2 pi f T is close for a small f T
  *
  * A measured torque (sensor or current) also closes a loop through any body in contact with the
  * output: the correction removes the compliance of the joint, which made the contact soft. With a
@@ -29,9 +31,10 @@
  * as that friction. Therefore:
  *   - filter the estimate at a tenth of the lowest resonance or below (2 Hz in that joint, whose
  *     resonance lies at 20 to 30 Hz);
- *   - give lm_estimate_torque the motor's own velocity and acceleration, correction included;
- *   - pass the estimate through lm_hold_torque with lm_bound_torque, so that friction of unknown
- *     sign at standstill causes no motion;
+ *   - give lm_estimate_torque the measured velocity of the motor shaft, and its commanded
+ *     acceleration, correction included (differences of encoder counts are too noisy);
+ *   - pass the filtered estimate through lm_hold_torque with lm_bound_torque, so that friction of
+ *     unknown sign at standstill causes no motion;
  *   - do not use the estimate while a brake holds the motor: its current is zero and the gear still
  *     bears the load. Keep the torque from before; at power-up take that of the command;
  *   - or take the torque from the command: gravity, inertia and lm_guess_torque.
@@ -65,8 +68,8 @@ typedef struct lm_motor {
  * states the magnitude). */
 lm_status lm_check_motor(const lm_motor *motor, lm_fault *fault);
 
-/* External torque on the output [N*m] from the motor's current [A], velocity [rad/s] and
- * acceleration [rad/s^2].
+/* External torque on the output [N*m] from the motor's current [A], and velocity [rad/s] and
+ * acceleration [rad/s^2] of the motor shaft.
  *
  *     rotor    = k i - J a - friction(v)            torque into the gear, motor side
  *     external = -rotor * ratio * efficiency        where power flows to the load
@@ -80,8 +83,8 @@ lm_real lm_estimate_torque(const lm_motor *motor, lm_real current_A, lm_real vel
                            lm_real acceleration_rad_s2);
 
 /* Largest error [N*m, at the output, either sign] of lm_estimate_torque from the unknown direction
- * of the motor's friction at this speed [rad/s]: coulomb_Nm * |ratio| at standstill, falling to
- * zero at standstill_rad_s. NaN counts as standstill. */
+ * of the motor's friction at this speed of the motor shaft [rad/s]: coulomb_Nm * |ratio| at
+ * standstill, falling to zero at standstill_rad_s. NaN counts as standstill. */
 lm_real lm_bound_torque(const lm_motor *motor, lm_real velocity_rad_s);
 
 /* Returns the torque for the model when it is known only to +-uncertainty [N*m]: *believed_Nm
