@@ -522,20 +522,17 @@ lm_correction lm_settle_compensator(lm_compensator *compensator, const lm_condit
 }
 
 void lm_set_mode(lm_compensator *compensator, lm_mode mode) {
-  const uint32_t modes = LM_STATE_HOLDING | LM_STATE_RESETTING;
-  uint32_t other = LM_STATE_RESETTING;
-  if (mode == LM_MODE_RUN) {
-    other = 0;
-  } else if (mode == LM_MODE_HOLD) {
-    other = LM_STATE_HOLDING;
-  } else {
-    /* resets, whatever it is */
+  if (!is_started(compensator)) {
+    return;
   }
-  if (is_started(compensator)) {
-    if (other == LM_STATE_RESETTING) {
-      listen_anew(compensator);
-    }
-    compensator->standing = (compensator->standing & ~modes) | other;
+  compensator->standing &= ~(LM_STATE_HOLDING | LM_STATE_RESETTING);
+  if (mode == LM_MODE_HOLD) {
+    compensator->standing |= LM_STATE_HOLDING;
+  } else if (mode != LM_MODE_RUN) {
+    compensator->standing |= LM_STATE_RESETTING;
+    listen_anew(compensator);
+  } else {
+    /* runs */
   }
 }
 
