@@ -1,4 +1,5 @@
 #include "lostmotion/checks.h"
+#include "lostmotion/tooth_outline.h"
 
 #include "half_turn.h"
 #include "real_math.h"
@@ -220,12 +221,16 @@ static lm_real own_tip_thickness(const lm_mesh *mesh) {
              : LM_REAL(2) * mesh->high.across_mm;
 }
 
-/* Lower end of the flexspline's flank: the end of the involute cut by the rack, or the root of any
- * other flank. */
-static lm_real own_form_radius(const lm_teeth *t, const lm_mesh *mesh) {
-  return mesh->flank.kind == LM_FLANK_INVOLUTE
-             ? lm_rack_form_radius(t, t->flexspline_teeth, t->flexspline_shift)
-             : mesh->flank.low_mm;
+/* Lower end of the flexspline's flank: the end of the involute cut by the rack, or of any other
+ * flank the root fillet. */
+static lm_real own_form_radius(const lm_drive *drive, const lm_mesh *mesh) {
+  const lm_teeth *t = &drive->teeth;
+  lm_tooth_outline outline;
+  if (mesh->flank.kind == LM_FLANK_INVOLUTE) {
+    return lm_rack_form_radius(t, t->flexspline_teeth, t->flexspline_shift);
+  }
+  lm_make_tooth_outline(drive, mesh, 0, &outline);
+  return outline.root_mm + outline.form_height_mm;
 }
 
 /* Deflection of the widest axial section, the last one, and opposite displacement at 90 deg of the
@@ -247,7 +252,8 @@ static void check_geometry(const lm_drive *drive, const lm_mesh meshes[], int se
   lm_real retreat;
   widest_wave(meshes, sections, &w, &retreat);
   if (g->deformation == LM_INTERNAL) {
-    checks[LM_CHECK_FORM_RADIUS] = at_least(g->rigid_tip_mm - w, own_form_radius(t, &meshes[0]));
+    checks[LM_CHECK_FORM_RADIUS] =
+        at_least(g->rigid_tip_mm - w, own_form_radius(drive, &meshes[0]));
     checks[LM_CHECK_FLEXSPLINE_TIP] = at_least(own_tip_thickness(&meshes[0]), tip);
     checks[LM_CHECK_RIGID_TIP] =
         at_least(inward_thickness(lm_rigid_flank_at(&meshes[0], g->rigid_tip_mm), g->rigid_tip_mm,

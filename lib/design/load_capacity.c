@@ -1,4 +1,5 @@
 #include "lostmotion/load_capacity.h"
+#include "lostmotion/tooth_outline.h"
 
 #include "real_math.h"
 #include "refuse.h"
@@ -31,10 +32,11 @@ static lm_real force_of(const lm_design_workspace *w, int place) {
   return t->rest_force[t->active[place]] + t->change[place];
 }
 
-/* One tooth at its root. */
+/* One tooth at its root; `outline`, unless null, has the sections above it. */
 typedef struct root {
   lm_real radius_mm; /* where the flank ends */
   lm_real thickness_mm;
+  const lm_tooth_outline *outline;
 } root;
 
 static root root_of(const lm_involute *flank, lm_real root_mm, lm_real pitch_half_rad) {
@@ -44,38 +46,51 @@ static root root_of(const lm_involute *flank, lm_real root_mm, lm_real pitch_hal
   found.radius_mm = radius;
   found.thickness_mm =
       LM_REAL(2) * radius * (pitch_half_rad > LM_REAL(0) ? pitch_half_rad - half : half);
+  found.outline = 0;
   return found;
+}
+
+static root drawn_root(const lm_drive *drive, const lm_mesh *mesh, int rigid,
+                       lm_tooth_outline *outline) {
+  root found;
+  lm_make_tooth_outline(drive, mesh, rigid, outline);
+  found.radius_mm = outline->root_mm;
+  found.thickness_mm = LM_REAL(2) * lm_outline_flank(outline, LM_REAL(0)).half_mm;
+  found.outline = outline;
+  return found;
+}
+
+/* Distance over which a force on the flank bends the section at the root, or does so with the same
+ * stress as in the section that it stresses most. */
+static lm_real lever_of(const root *at, lm_real load_mm) {
+  const lm_real height = real_fabs(load_mm - at->radius_mm);
+  return at->outline == 0
+             ? height
+             : at->thickness_mm * at->thickness_mm * lm_outline_leverage(at->outline, height);
 }
 
 /* Values common to all pairs. */
 typedef struct teeth {
   root flexspline;
   root rigid;
+  lm_tooth_outline outlines[2]; /* of the flexspline's tooth and the rigid one */
   lm_real width_mm;
   lm_real depth_mm; /* engagement on the deformation axis */
 } teeth;
 
-static teeth teeth_of(const lm_drive *drive, const lm_mesh *mesh) {
+static void prepare_teeth(const lm_drive *drive, const lm_mesh *mesh, teeth *t) {
   const lm_geometry *g = &mesh->geometry;
   const int internal = g->deformation == LM_INTERNAL;
-  teeth t;
-  t.flexspline = root_of(&g->flexspline, g->flexspline_root_mm,
-                         internal ? LM_REAL(0) : LM_PI / LM_REAL(g->flexspline_teeth));
-  t.rigid =
-      root_of(&g->rigid, g->rigid_root_mm, internal ? LM_PI / LM_REAL(g->rigid_teeth) : LM_REAL(0));
-  if (mesh->flank.kind != LM_FLANK_INVOLUTE) {
-    t.flexspline.radius_mm = mesh->flank.low_mm;
-    t.flexspline.thickness_mm = LM_REAL(2) * mesh->low.across_mm;
-  }
-  if (mesh->rigid_kind != LM_FLANK_INVOLUTE) {
-    t.rigid.radius_mm = g->rigid_root_mm;
-    t.rigid.thickness_mm = LM_REAL(2) * g->rigid_root_mm *
-                           (LM_PI / LM_REAL(g->rigid_teeth) -
-                            lm_rigid_flank_at(mesh, g->rigid_root_mm).half_angle_rad);
-  }
-  t.width_mm = drive->teeth.face_width_mm;
-  t.depth_mm = drive->teeth.engagement_depth * g->module_mm;
-  return t;
+  t->flexspline = mesh->flank.kind != LM_FLANK_INVOLUTE
+                      ? drawn_root(drive, mesh, 0, &t->outlines[0])
+                      : root_of(&g->flexspline, g->flexspline_root_mm,
+                                internal ? LM_REAL(0) : LM_PI / LM_REAL(g->flexspline_teeth));
+  t->rigid = mesh->rigid_kind != LM_FLANK_INVOLUTE
+                 ? drawn_root(drive, mesh, 1, &t->outlines[1])
+                 : root_of(&g->rigid, g->rigid_root_mm,
+                           internal ? LM_PI / LM_REAL(g->rigid_teeth) : LM_REAL(0));
+  t->width_mm = drive->teeth.face_width_mm;
+  t->depth_mm = drive->teeth.engagement_depth * g->module_mm;
 }
 
 /* Stress of the teeth of a pair from its force. */
@@ -97,8 +112,8 @@ static effect effect_of(const lm_design_workspace *w, const teeth *t, int place)
   const lm_real tip = at.radius_mm + g->flexspline_tip_mm - g->neutral_mm;
   effect found;
   found.normal_N = force * real_sqrt(LM_REAL(1) + pair->wedge * pair->wedge);
-  found.flexspline_Nmm = force * real_fabs(own_mm - t->flexspline.radius_mm);
-  found.rigid_Nmm = force * real_fabs(pair->arm_mm - t->rigid.radius_mm);
+  found.flexspline_Nmm = force * lever_of(&t->flexspline, own_mm);
+  found.rigid_Nmm = force * lever_of(&t->rigid, pair->arm_mm);
   found.depth_mm = mesh->line.sense * (tip - g->rigid_tip_mm);
   return found;
 }
@@ -172,7 +187,7 @@ lm_status lm_measure_load(const lm_drive *drive, lm_real torque_Nm, const lm_des
   if (w->take_up.active_count == 0) {
     return refuse(fault, LM_NO_CONTACT, "teeth.engagement_depth");
   }
-  t = teeth_of(drive, &w->meshes[0]);
+  prepare_teeth(drive, &w->meshes[0], &t);
   lobe = loaded_lobe(w);
   found.torque_Nm = torque_Nm;
   found.largest_force_N = LM_REAL(0);

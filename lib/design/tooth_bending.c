@@ -167,18 +167,31 @@ lm_status lm_tooth_profile_compliance(const lm_real *height_mm, const lm_real *h
   return LM_OK;
 }
 
-/* Panel of a sample, its place in it, and its weight: the positive nodes, then the negative ones.
- */
-lm_real lm_tooth_sample_height(int sample) {
-  const int k = sample % GAUSS_HALF;
-  const lm_real middle = LM_REAL(sample < 2 * GAUSS_HALF ? 0.25 : 0.75);
-  const lm_real offset = LM_REAL(0.25) * LM_REAL(gauss_node[k]);
-  return (sample / GAUSS_HALF) % 2 == 0 ? middle - offset : middle + offset;
+/* Where a sample lies in its panel, 0 .. 1: the positive nodes, then the negative ones. */
+static lm_real place_in_panel(int sample) {
+  const lm_real offset = LM_REAL(0.5) * LM_REAL(gauss_node[sample % GAUSS_HALF]);
+  return LM_REAL(0.5) + ((sample / GAUSS_HALF) % 2 == 0 ? -offset : offset);
+}
+
+/* In the lower panel the height grows with the square of the place: a fillet starts along the root,
+ * where the thickness has no slope by the height. */
+lm_real lm_tooth_sample_height(int sample, lm_real fillet_share) {
+  const lm_real place = place_in_panel(sample);
+  return sample < 2 * GAUSS_HALF ? fillet_share * place * place
+                                 : fillet_share + (LM_REAL(1) - fillet_share) * place;
+}
+
+/* Weight of a sample: the derivative of its height by its place, times that of Gauss. */
+static lm_real sample_weight(int sample, lm_real fillet_share) {
+  const lm_real slope = sample < 2 * GAUSS_HALF ? LM_REAL(2) * fillet_share * place_in_panel(sample)
+                                                : LM_REAL(1) - fillet_share;
+  return LM_REAL(0.5) * slope * LM_REAL(gauss_weight[sample % GAUSS_HALF]);
 }
 
 lm_status lm_tooth_outline_compliance(const lm_real half_thickness_mm[LM_TOOTH_SAMPLES],
-                                      lm_real load_height_mm, lm_real face_width_mm,
-                                      lm_real load_angle_rad, const lm_tooth_material *material,
+                                      lm_real fillet_share, lm_real load_height_mm,
+                                      lm_real face_width_mm, lm_real load_angle_rad,
+                                      const lm_tooth_material *material,
                                       lm_tooth_compliance *compliance, lm_fault *fault) {
   strip_sums sums = {LM_REAL(0), LM_REAL(0)};
   lm_status status;
@@ -188,13 +201,16 @@ lm_status lm_tooth_outline_compliance(const lm_real half_thickness_mm[LM_TOOTH_S
   }
   status = check_range(fault, "load_height_mm", load_height_mm, LENGTH_MIN_MM, LENGTH_MAX_MM);
   if (status == LM_OK) {
+    status = check_range(fault, "fillet_share", fillet_share, LM_REAL(0), LM_REAL(1));
+  }
+  if (status == LM_OK) {
     status = check_tooth_load(face_width_mm, load_angle_rad, material, fault);
   }
   for (i = 0; i < LM_TOOTH_SAMPLES && status == LM_OK; i++) {
-    const lm_real below = load_height_mm * (LM_REAL(1) - lm_tooth_sample_height(i));
+    const lm_real below = load_height_mm * (LM_REAL(1) - lm_tooth_sample_height(i, fillet_share));
     status =
         check_range(fault, "half_thickness_mm", half_thickness_mm[i], LENGTH_MIN_MM, LENGTH_MAX_MM);
-    add_strip(&sums, LM_REAL(0.25) * load_height_mm * LM_REAL(gauss_weight[i % GAUSS_HALF]), below,
+    add_strip(&sums, load_height_mm * sample_weight(i, fillet_share), below,
               LM_REAL(2) * half_thickness_mm[i]);
   }
   if (status == LM_OK) {

@@ -2,6 +2,7 @@
 #include "lostmotion/radial_gap.h"
 #include "lostmotion/rim_support.h"
 #include "lostmotion/tooth_bending.h"
+#include "lostmotion/tooth_outline.h"
 
 #include "real_math.h"
 #include "refuse.h"
@@ -54,51 +55,26 @@ static lm_status tabulate_give(const lm_involute_tooth *tooth, const lm_involute
   return LM_OK;
 }
 
-/* Half the thickness of a tooth of any outline at a height over its root, and the angle of its
- * flank against its centre line. */
-typedef struct outline_point {
-  lm_real half_mm;
-  lm_real angle_rad;
-} outline_point;
-
-static outline_point own_outline(const lm_mesh *mesh, lm_real height_mm) {
-  const lm_flank_foot foot = lm_evaluate_flank(&mesh->flank, mesh->flank.low_mm + height_mm);
-  outline_point point;
-  point.half_mm = foot.across_mm;
-  point.angle_rad = real_atan(-foot.across_slope / foot.along_slope);
-  return point;
-}
-
-static outline_point rigid_outline(const lm_mesh *mesh, lm_real height_mm) {
-  const lm_real radius = mesh->geometry.rigid_root_mm - height_mm;
-  const lm_involute_point at = lm_rigid_flank_at(mesh, radius);
-  const lm_real half = LM_PI / LM_REAL(mesh->geometry.rigid_teeth) - at.half_angle_rad;
-  outline_point point;
-  point.half_mm = radius * half;
-  point.angle_rad = at.pressure_angle_rad + half;
-  return point;
-}
-
 /* Where the path of the tip's corner reverses, the generated flank is nearly perpendicular to the
  * force; there is no contact, but the table has a node. */
 #define ANGLE_MIN LM_REAL(-0.5)
 #define ANGLE_MAX LM_REAL(1.3)
 
-/* The same by quadrature on the outline of a tooth, whose heights are counted from its root. */
-static lm_status tabulate_outline(outline_point (*outline)(const lm_mesh *, lm_real),
-                                  const lm_mesh *mesh, lm_real root_mm, lm_real low_mm,
-                                  lm_real high_mm, const lm_drive *drive, lm_give_table *table,
-                                  lm_fault *fault) {
+/* The same by quadrature on the outline of a tooth with its fillet. */
+static lm_status tabulate_outline(const lm_tooth_outline *outline, lm_real low_mm, lm_real high_mm,
+                                  const lm_drive *drive, lm_give_table *table, lm_fault *fault) {
   const lm_real width = drive->teeth.face_width_mm;
-  const lm_real root = LM_REAL(2) * outline(mesh, LM_REAL(0)).half_mm;
+  const lm_real root = LM_REAL(2) * lm_outline_flank(outline, LM_REAL(0)).half_mm;
   const lm_tooth_material material = material_of(drive);
   int i;
   int k;
   table->low_mm = low_mm;
   table->step_mm = (high_mm - low_mm) / LM_REAL(LM_GIVE_NODES - 1);
   for (i = 0; i < LM_GIVE_NODES; i++) {
-    const lm_real height = real_fabs(low_mm + table->step_mm * LM_REAL(i) - root_mm);
-    lm_real angle = outline(mesh, height).angle_rad;
+    const lm_real height = real_fabs(low_mm + table->step_mm * LM_REAL(i) - outline->root_mm);
+    const lm_real share =
+        outline->form_height_mm < height ? outline->form_height_mm / height : LM_REAL(1);
+    lm_real angle = lm_outline_flank(outline, height).angle_rad;
     lm_real half[LM_TOOTH_SAMPLES];
     lm_tooth_compliance bending;
     lm_real tilt;
@@ -106,13 +82,14 @@ static lm_status tabulate_outline(outline_point (*outline)(const lm_mesh *, lm_r
     angle = angle < ANGLE_MIN ? ANGLE_MIN : angle;
     angle = angle > ANGLE_MAX ? ANGLE_MAX : angle;
     for (k = 0; k < LM_TOOTH_SAMPLES; k++) {
-      half[k] = outline(mesh, lm_tooth_sample_height(k) * height).half_mm;
+      half[k] = lm_outline_half(outline, lm_tooth_sample_height(k, share) * height);
       if (!(half[k] > LM_REAL(0))) { /* pointed before its tip */
         return refuse_contradiction(fault, "teeth.tooth_height", LM_REAL(2) * half[k], LM_REAL(0),
                                     REAL_INFINITY);
       }
     }
-    status = lm_tooth_outline_compliance(half, height, width, angle, &material, &bending, fault);
+    status =
+        lm_tooth_outline_compliance(half, share, height, width, angle, &material, &bending, fault);
     if (status == LM_OK) {
       status = lm_foundation_compliance(height, root, width, angle, &material, &tilt, fault);
     }
@@ -145,8 +122,9 @@ static lm_status give_of_external_teeth(const lm_drive *drive, const lm_mesh *me
   lm_involute_tooth outward;
   lm_status status;
   if (mesh->flank.kind != LM_FLANK_INVOLUTE) {
-    return tabulate_outline(own_outline, mesh, mesh->flank.low_mm, low + hair, g->flexspline_tip_mm,
-                            drive, table, fault);
+    lm_tooth_outline own;
+    lm_make_tooth_outline(drive, mesh, 0, &own);
+    return tabulate_outline(&own, low + hair, g->flexspline_tip_mm, drive, table, fault);
   }
   status = lm_make_involute_tooth(LM_TOOTH_OUTWARD, t->module_mm, t->flexspline_teeth,
                                   t->flexspline_shift, t->pressure_angle_rad, g->flexspline_root_mm,
@@ -166,8 +144,9 @@ static lm_status give_of_internal_teeth(const lm_drive *drive, const lm_mesh *me
   lm_involute_tooth inward;
   lm_status status;
   if (mesh->rigid_kind != LM_FLANK_INVOLUTE) {
-    return tabulate_outline(rigid_outline, mesh, g->rigid_root_mm, g->rigid_tip_mm, high, drive,
-                            table, fault);
+    lm_tooth_outline own;
+    lm_make_tooth_outline(drive, mesh, 1, &own);
+    return tabulate_outline(&own, g->rigid_tip_mm, high, drive, table, fault);
   }
   status = lm_make_involute_tooth(LM_TOOTH_INWARD, t->module_mm, t->rigid_teeth, t->rigid_shift,
                                   t->pressure_angle_rad, g->rigid_root_mm, &inward, fault);

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -116,21 +117,32 @@ def tooth_compliance_mm_per_N(
     youngs_modulus_MPa: float,
     poisson: float,
     depth: float = 8.0,
+    half_mm: Callable[[NDArray[np.float64]], NDArray[np.float64]] | None = None,
+    pieces: int = 12,
 ) -> float:
-    """Give of a rectangular tooth on a block, along a force on its end; plane strain.
+    """Give of a tooth on a block, along a force on its end; plane strain.
 
-    The force is spread over the end of the tooth, where its mean displacement is taken. The block
-    is `depth` tooth thicknesses deep and twice as wide, and held at its lower edge.
+    The tooth is rectangular, or has the half thickness `half_mm` at each height; `thickness_mm` is
+    that at its foot. The force is spread over the end of the tooth, where its mean displacement is
+    taken. The block is `depth` thicknesses deep and twice as wide, and held at its lower edge.
     """
     half, deep = thickness_mm / 2, depth * thickness_mm
+    top_mm = thickness_mm if half_mm is None else 2 * float(half_mm(np.array([height_mm]))[0])
     far = [2.0**k * thickness_mm for k in range(int(math.log2(depth)) + 1)]
     side = np.unique([*graded(0.0, half, pieces=6), *graded(half, *far, pieces=4)])
     x = np.concatenate((-side[:0:-1], side))
     below = -np.unique([*graded(0.0, half, pieces=6), *graded(half, *far, pieces=4), deep])[::-1]
-    y = np.concatenate((below, graded(0.0, height_mm, pieces=12)[1:]))
+    # A fillet starts along the edge of the block: finer there.
+    up = graded(0.0, 1.0, pieces=pieces)[1:] ** (1 if half_mm is None else 2)
+    y = np.concatenate((below, height_mm * up))
     whole = MeshQuad.init_tensor(x, y)
     middle = whole.p[:, whole.t].mean(axis=1)
     mesh = whole.restrict(np.flatnonzero((middle[1] < 0) | (np.abs(middle[0]) < half)))
+    if half_mm is not None:
+        place = mesh.p.copy()
+        tooth = place[1] > 0
+        place[0, tooth] *= half_mm(place[1, tooth]) / half
+        mesh = MeshQuad(place, mesh.t)
     basis = Basis(mesh, ElementVector(ElementQuad2()))
     shear = youngs_modulus_MPa / (2 * (1 + poisson))
     lame = 2 * shear * poisson / (1 - 2 * poisson)
@@ -144,7 +156,7 @@ def tooth_compliance_mm_per_N(
 
     @LinearForm
     def end_force(v, w):  # type: ignore[no-untyped-def]
-        return (direction[0] * v[0] + direction[1] * v[1]) / thickness_mm
+        return (direction[0] * v[0] + direction[1] * v[1]) / top_mm
 
     end = mesh.facets_satisfying(lambda x: np.isclose(x[1], height_mm))
     load = asm(end_force, FacetBasis(mesh, basis.elem, facets=end)) / width_mm

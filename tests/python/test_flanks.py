@@ -19,6 +19,7 @@ import pytest
 
 from conftest import NO_SEARCH
 from lostmotion import design
+from lostmotion.drawing.profiles import gear_profiles
 from lostmotion.drives import parse_drive, read_drive
 from lostmotion.errors import InputError
 from lostmotion.model import DesignModel
@@ -441,6 +442,69 @@ def test_the_flank_has_the_tangent_and_curvature_of_its_points(kind: int) -> Non
         assert math.isclose(at.across_slope, slope, abs_tol=1e-6)
         curvature = -bend / (1 + slope**2) ** 1.5
         assert math.isclose(lib.lm_flank_curvature(flank, parameter), curvature, abs_tol=2e-5)
+
+
+def made_outline(model: DesignModel, mesh: Any, rigid: bool) -> Any:
+    outline = model.core.ffi.new("lm_tooth_outline *")
+    model.core.lib.lm_make_tooth_outline(model.drive, mesh, int(rigid), outline)
+    return outline
+
+
+@pytest.mark.parametrize("kind", ["arcs", "s_teeth", "full_fillet"])
+def test_the_outline_that_bends_is_the_one_that_is_drawn(kind: str) -> None:
+    """The drawing finds its fillet with a root finder, on the same flanks."""
+    document = s_document(s_M=1.6) if kind == "s_teeth" else published_document()
+    if kind == "full_fillet":  # the rack's tip is rounder than the space is wide
+        document["design"]["teeth"].update(root_clearance=0.4, tooth_height=1.6)
+    model, mesh = made_mesh(document)
+    teeth, module = document["design"]["teeth"], document["design"]["teeth"]["module_mm"]
+    rack_mm = teeth["root_clearance"] * module / (1 - math.sin(math.radians(20)))
+    profiles = gear_profiles(model)
+    smallest = min(profile.fillet_radius_mm for profile in profiles)
+    assert (smallest < 0.9 * rack_mm) == (kind == "full_fillet")
+    for profile in profiles:
+        rigid = profile.name == "rigid"
+        outline = made_outline(model, mesh, rigid)
+        assert math.isclose(outline.fillet_mm, profile.fillet_radius_mm, rel_tol=1e-5)
+        x, y = profile.half_pitch.T
+        angle = math.pi / profile.teeth - np.arctan2(x, y)
+        height = profile.root_mm - np.hypot(x, y) if rigid else y - profile.root_mm
+        across = np.hypot(x, y) * angle if rigid else x
+        below_tip = np.abs(np.hypot(x, y) - profile.tip_mm) > 1e-4 * module
+        places = np.flatnonzero((height > 1e-3 * module) & below_tip)
+        found = [model.core.lib.lm_outline_half(outline, height[i]) for i in places]
+        assert len(places) > 25
+        assert np.allclose(found, across[places], rtol=0, atol=2e-6 * module)
+
+
+@pytest.mark.parametrize("rigid", [False, True])
+def test_a_tooth_bends_and_is_stressed_as_its_sections_say(rigid: bool) -> None:
+    """Equation (6) and the largest 6 M / (b s^2) over 4 000 sections of the outline."""
+    model, mesh = made_mesh(published_document())
+    outline = made_outline(model, mesh, rigid)
+    c, load = model.core, 0.4
+    fine = load * np.linspace(0.0, 1.0, 4_000) ** 2
+    half = np.array([c.lib.lm_outline_half(outline, y) for y in fine])
+    material = c.ffi.new("lm_tooth_material *", c.lib.lm_steel_tooth_material())
+    finely, found = (c.ffi.new("lm_tooth_compliance *") for _ in range(2))
+    c.check(
+        c.lib.lm_tooth_profile_compliance(
+            list(fine), list(half), len(fine), load, 10.0, 0.3, material, finely, c.ffi.NULL
+        )
+    )
+    share = outline.form_height_mm / load
+    samples = [
+        c.lib.lm_outline_half(outline, load * c.lib.lm_tooth_sample_height(i, share))
+        for i in range(c.lib.LM_TOOTH_SAMPLES)
+    ]
+    status = c.lib.lm_tooth_outline_compliance(
+        samples, share, load, 10.0, 0.3, material, found, c.ffi.NULL
+    )
+    assert status == c.lib.LM_OK
+    assert math.isclose(found.total_mm_per_N, finely.total_mm_per_N, rel_tol=2e-4)
+    largest = float(np.max((load - fine) / (2 * half) ** 2))
+    leverage = c.lib.lm_outline_leverage(outline, load)
+    assert 0.995 * largest < leverage <= largest * (1 + 1e-9)
 
 
 def test_a_conjugate_flank_touches_over_its_zone() -> None:

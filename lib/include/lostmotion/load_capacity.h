@@ -13,13 +13,15 @@
 
 LM_BEGIN_DECLS
 
-/* At one tooth phase. */
+/* At one tooth phase. Root stresses are nominal, without notch factor: of involutes at the root's
+ * thickness, of other flanks in the section of the outline that is stressed most (tooth_outline.h).
+ */
 typedef struct lm_load {
   lm_real torque_Nm;
-  lm_real largest_force_N;     /* normal force of the most loaded pair, whole face */
-  lm_real largest_share;       /* its share in the sum of all pairs of a lobe */
-  lm_real flank_pressure_MPa;  /* that force over face width and engagement depth */
-  lm_real flexspline_root_MPa; /* nominal bending stress at the root, without notch factor */
+  lm_real largest_force_N;    /* normal force of the most loaded pair, whole face */
+  lm_real largest_share;      /* its share in the sum of all pairs of a lobe */
+  lm_real flank_pressure_MPa; /* that force over face width and engagement depth */
+  lm_real flexspline_root_MPa;
   lm_real rigid_root_MPa;
   lm_real radial_force_N;       /* of one lobe, sum over its pairs */
   lm_real wedge;                /* tan(alpha_w): radial over tangential force of the lobe */

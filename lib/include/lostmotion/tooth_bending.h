@@ -65,15 +65,20 @@ lm_status lm_tooth_profile_compliance(const lm_real *height_mm, const lm_real *h
                                       lm_real load_angle_rad, const lm_tooth_material *material,
                                       lm_tooth_compliance *compliance, lm_fault *fault);
 
-/* Equation (6) for any smooth outline by quadrature: half_thickness_mm[LM_TOOTH_SAMPLES] is x at
- * the heights lm_tooth_sample_height(i) y0, two Gauss-Legendre panels of 16 points below the load.
- * A jump of the curvature inside a panel causes an error of 1e-5 relative. load_height_mm y0 > 0.
- */
+/* Equation (6) for an outline with a fillet by quadrature: half_thickness_mm[LM_TOOTH_SAMPLES] is x
+ * at the heights lm_tooth_sample_height(i, fillet_share) y0, Gauss-Legendre panels of 16 points in
+ * the fillet, the lowest fillet_share of y0 (0 .. 1), and on the flank above it. A jump of the
+ * curvature inside a panel causes an error of 1e-5 relative, one of the slope 1e-4.
+ * load_height_mm y0 > 0. */
 #define LM_TOOTH_SAMPLES 32
-lm_real lm_tooth_sample_height(int sample); /* 0 .. LM_TOOTH_SAMPLES - 1; share of y0 */
+
+/* sample 0 .. LM_TOOTH_SAMPLES - 1; share of y0. */
+lm_real lm_tooth_sample_height(int sample, lm_real fillet_share);
+
 lm_status lm_tooth_outline_compliance(const lm_real half_thickness_mm[LM_TOOTH_SAMPLES],
-                                      lm_real load_height_mm, lm_real face_width_mm,
-                                      lm_real load_angle_rad, const lm_tooth_material *material,
+                                      lm_real fillet_share, lm_real load_height_mm,
+                                      lm_real face_width_mm, lm_real load_angle_rad,
+                                      const lm_tooth_material *material,
                                       lm_tooth_compliance *compliance, lm_fault *fault);
 
 typedef enum lm_tooth_side {
