@@ -4,8 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Of an objective, in its unit. A front makes a design of every difference, and below this all is
- * rounding: kinematic errors of 1e-12 arcsec are one. */
+/* Resolution of an objective, in its unit. Every difference adds a design to a front, and below
+ * this a difference is rounding: kinematic errors of 1e-12 arcsec are equal. */
 #define RESOLUTION 1e-9
 
 uint64_t lm_mix(uint64_t x) {
@@ -28,7 +28,7 @@ void lm_fill_solution(const lm_problem *problem, lm_solution *found, int combina
 }
 
 /* Whether the first one of two designs is better in any objective (1), and whether the second one
- * is (2). Without a jump: which objective separates two designs cannot be guessed. */
+ * is (2). Without branches, because the objective that separates two designs is not predictable. */
 static int better_ones(const lm_problem *problem, const double a[], const double b[]) {
   int first = 0;
   int second = 0;
@@ -57,8 +57,8 @@ static double distance(const lm_problem *problem, const double a[], const double
 /* In longer lists the best designs of each objective are a small part. */
 #define ENDS_SHARE 8
 
-/* The place of what a full list gives up. Were the ends not kept, each design close to one would
- * push it off, and the front would shrink from there. */
+/* Place of the design that a full list drops. If the ends were not kept, each design close to an
+ * end would replace it, and the front would shrink from there. */
 static int choose_place(const lm_problem *problem, const lm_solution list[], int count,
                         const lm_solution *found) {
   int end[LM_OBJECTIVE_MAX] = {0};
@@ -89,8 +89,8 @@ int lm_insert_solution(const lm_problem *problem, lm_solution list[], int *count
                        const lm_solution *found) {
   int kept = 0;
   int i;
-  /* None of the list is as good as another: what pushes one off is beaten by none, so that nothing
-   * has moved yet where it is not taken. */
+  /* No design of the list is as good as another one: a design that dominates one of them is
+   * dominated by none, so nothing has moved yet if the new one is rejected. */
   for (i = 0; i < *count; i++) {
     const int better = better_ones(problem, list[i].objective, found->objective);
     if (better < 2) {
@@ -130,7 +130,7 @@ void lm_sort_solutions(lm_solution list[], int count) {
 /* --- selection ----------------------------------------------------------------------------------
  */
 
-/* Which of two designs beats the other, 1 or 2, else another number: feasible before infeasible,
+/* Which of two designs is better, 1 or 2, else another number: feasible before infeasible,
  * less violation before more, then by the objectives. */
 static int better_found(const lm_problem *problem, const lm_solution *a, const lm_solution *b) {
   if (a->violation <= 0 && b->violation <= 0) {

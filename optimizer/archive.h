@@ -8,8 +8,8 @@
 extern "C" {
 #endif
 
-/* A design of a point, its objectives but for what is rounding; the rest of the arrays is zero, so
- * that equal designs are equal bytes. */
+/* A design of a point, with its objectives rounded; the rest of the arrays is zero, so that equal
+ * designs are equal bytes. */
 void lm_fill_solution(const lm_problem *problem, lm_solution *found, int combination,
                       const double unit[], const double objective[], double violation);
 
@@ -31,7 +31,7 @@ void lm_sort_solutions(lm_solution list[], int count);
 #define LM_POPULATION_MAX 256
 void lm_select_solutions(const lm_problem *problem, lm_solution list[], int count, int wanted);
 
-/* 64 bits in which every bit of x decides (splitmix64's finaliser). */
+/* 64 bits, each of which depends on every bit of x (splitmix64's finaliser). */
 uint64_t lm_mix(uint64_t x);
 
 #ifdef __cplusplus

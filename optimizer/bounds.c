@@ -2,7 +2,7 @@
 
 #include "evaluate.h"
 
-#define STEEL_SHEAR_FATIGUE_MPA 250 /* what lm_complete_drive takes where none is stated */
+#define STEEL_SHEAR_FATIGUE_MPA 250 /* as lm_complete_drive assumes if none is stated */
 
 /* Keys that make a drive larger or its wall stronger; others make it smaller or have no influence.
  */

@@ -13,10 +13,10 @@
 #define SCRAMBLINGS 8
 #define ARCMIN (LM_PI / 10800.0)
 
-/* Coordinate descent on the multipliers ends far below the accuracy that they are read with. */
+/* Coordinate descent on the multipliers ends far below the accuracy that is required of them. */
 #define SWEEPS 400
 
-/* Lost motion at a radial gap: what it is without one, and the share of the gap, (9), (9a). */
+/* Lost motion at a radial gap: its value without a gap, plus the share of the gap, (9), (9a). */
 static double lost_motion_at(const lm_certificate *c, const lm_gapless *phase, double gap_mm,
                              double torque_Nm) {
   const lm_mesh_state *mesh = &phase->mesh;
@@ -50,7 +50,7 @@ static int all_links(const lm_drive *drive, lm_tolerance_link link[]) {
   return count;
 }
 
-/* Of the phases that were measured last, the one that loses the most motion at a radial gap. */
+/* Of the phases that were evaluated last, the one with the largest lost motion at a radial gap. */
 static const lm_gapless *worst_phase(const lm_certificate *c, const lm_gapless gapless[],
                                      double gap_mm, double torque_Nm) {
   const lm_gapless *worst = &gapless[0];
@@ -64,7 +64,7 @@ static const lm_gapless *worst_phase(const lm_certificate *c, const lm_gapless g
   return worst;
 }
 
-/* From what the fine evaluation left in the workspace. */
+/* From the results of the fine evaluation in the workspace. */
 static lm_status certify_tolerances(const lm_problem *problem, lm_certificate *c,
                                     const lm_gapless gapless[], lm_fault *fault) {
   const double torque_Nm = problem->torque_Nm;
@@ -80,7 +80,7 @@ static lm_status certify_tolerances(const lm_problem *problem, lm_certificate *c
   lm_status status = samples == NULL ? LM_TOO_SMALL : LM_OK;
   plan.samples_log2 = SAMPLES_LOG2;
   plan.scramblings = SCRAMBLINGS;
-  plan.seed = problem->seed + 1000003u; /* other samples than the search had */
+  plan.seed = problem->seed + 1000003u; /* samples other than those of the search */
   plan.low_probability = 0.00135;
   plan.high_probability = 0.9973;
   plan.limit_mm = 1e4;
@@ -117,7 +117,7 @@ static lm_status certify_tolerances(const lm_problem *problem, lm_certificate *c
 /* --- sensitivities ------------------------------------------------------------------------------
  */
 
-/* Which limit a result belongs to (a figure: its own limit). */
+/* Limit to which a result belongs (a figure: its own limit). */
 static int limit_at(const lm_layout *layout, int place) {
   int figure = LM_FIGURE_COUNT - 1;
   if (place >= layout->gap_start) {

@@ -19,14 +19,14 @@ typedef struct lm_limit_report {
   int stated;        /* 0: not limited */
   double margin;     /* scaled, > 0: holds; modules, arcmin or shares of the limit */
   int binds;         /* 1: nearer than LM_BINDING */
-  double multiplier; /* fall of the first objective for one unit (of margin) of relief, >= 0 */
+  double multiplier; /* decrease of the first objective per unit of relaxation, >= 0 */
 } lm_limit_report;
 
 typedef struct lm_certificate {
   int holds; /* 1: every limit holds on the fine evaluation */
   lm_drive drive;
   double figure[LM_FIGURE_COUNT];        /* fine: 8 tooth phases, 256 nodes */
-  double search_figure[LM_FIGURE_COUNT]; /* as the search saw them */
+  double search_figure[LM_FIGURE_COUNT]; /* as evaluated by the search */
   lm_limit_report limit[LM_LIMIT_COUNT];
   lm_smallest_gap smallest; /* 32 steps a tooth pitch, refined, all sections */
   lm_load load;             /* at rated torque, the worst of the 8 tooth phases */
@@ -40,8 +40,8 @@ typedef struct lm_certificate {
   double worst_percent[LM_LINK_MAX];
   double probable_percent[LM_LINK_MAX];
   int end[LM_FREE_MAX]; /* of each range: -1 at its low end, 1 at its high end, 0 between */
-  double end_price[LM_FREE_MAX]; /* fall of the first objective for one more width of the range
-                                    beyond that end, to first order, >= 0 */
+  double end_price[LM_FREE_MAX]; /* decrease of the first objective for one more width of the range
+  beyond that end, to first order, >= 0 */
   double residual; /* of the optimality conditions, relative to the objective's derivatives: 0 at a
                       smooth local optimum; large where the objective has a kink */
 } lm_certificate;

@@ -4,13 +4,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Longest word that can be a number worth reading. */
+/* Longest word that is read as a number. */
 #define WORD_MAX 400
 
 /* Bytes of numbers, "inf" and "nan" in the locale "C". */
 static const char plain[] = "+-.0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ()_";
 
-/* What is none of the plain bytes is the point of the locale, one byte or several. */
+/* Any other byte belongs to the decimal point of the locale, which has one byte or several. */
 const char *lm_write_decimal(char text[LM_DECIMAL_MAX], double value, int digits) {
   size_t before;
   size_t point;
@@ -24,7 +24,7 @@ const char *lm_write_decimal(char text[LM_DECIMAL_MAX], double value, int digits
   return text;
 }
 
-/* strtod gets the point that the locale has between the digits of 0.5. */
+/* strtod receives the decimal point of the locale, found between the digits of 0.5. */
 int lm_read_decimal(const char *word, double *value) {
   char text[WORD_MAX + LM_DECIMAL_MAX];
   char half[LM_DECIMAL_MAX];

@@ -6,17 +6,18 @@
 extern "C" {
 #endif
 
-/* Longest text: sign, 17 digits, point and exponent, with room for the point of any locale. */
+/* Longest text: sign, 17 digits, decimal point and exponent, with room for the decimal point of any
+ * locale. */
 #define LM_DECIMAL_MAX 48
 
 /* Digits that preserve every bit of a double. */
 #define LM_DECIMAL_EXACT 17
 
-/* Write a value with so many significant digits, as printf's %g in the locale "C", and return the
- * text. digits <= LM_DECIMAL_EXACT. */
+/* Write a value with a number of significant digits, like printf's %g in the locale "C", and return
+ * the text. digits <= LM_DECIMAL_EXACT. */
 const char *lm_write_decimal(char text[LM_DECIMAL_MAX], double value, int digits);
 
-/* Read a word that is a number as a whole, as strtod in the locale "C". 1: it is one. */
+/* Read a word that is completely a number, like strtod in the locale "C". 1: it is a number. */
 int lm_read_decimal(const char *word, double *value);
 
 #ifdef __cplusplus

@@ -19,8 +19,8 @@ struct number_workspace {
   lm_gapless gapless[LM_PHASE_MAX];
 };
 
-// A range that changes the tolerances alone: contacts and their balance stay. The tests' oracle, of
-// one lane, takes the whole model for every range.
+// A range that changes only tolerances: contacts and their equilibrium are unchanged. The reference
+// of the tests, with one lane, evaluates the whole model for every range.
 static bool is_grade(const lm_problem *problem, int range) {
   return LM_LANES > 1 && problem->range[range].key >= LM_KEY_GRADE &&
          !problem->bounds.gap_at_worst_corner;
@@ -43,7 +43,7 @@ static void forget_slopes(lm_real *x) {
   *x = lm_real(value_of(*x));
 }
 
-// Before the next ranges: those of the last pass no longer count.
+// Before the next ranges: reset those of the last pass.
 static void forget_gapless(const lm_problem *problem, lm_gapless gapless[]) {
   for (int p = 0; p < problem->phases; p++) {
     forget_slopes(&gapless[p].mesh.middle_rad);

@@ -1,4 +1,4 @@
-/* A number with its derivatives in LM_LANES directions, put in the place of lm_real
+/* A number with its derivatives in LM_LANES directions, in place of lm_real
  * (LM_REAL_HEADER of lostmotion/real.h): the design model's own source, compiled once more as C++,
  * then gives its results together with their exact derivatives.
  *
@@ -15,8 +15,8 @@
 #define LM_NUMBER_SIZE lm_dual_workspace_size
 #define LM_NUMBER_EVALUATE lm_dual_evaluate
 
-/* Directions of one pass. Eight fill the vector registers of every target; more variables take more
- * passes. */
+/* Directions of one pass. Eight fill the vector registers of every target; more variables require
+ * more passes. */
 #define LM_LANES 8
 
 class lm_dual {
@@ -150,8 +150,8 @@ inline lm_dual real_atan2(const lm_dual &y, const lm_dual &x) {
   return lm_dual::chain(y, atan2(y.value(), x.value()), x.value() / square) -
          lm_dual::chain(x, 0.0, y.value() / square);
 }
-/* The root of zero has no derivative; where one is taken (a chain without tolerances) nothing
- * depends on it, so it counts as 0. */
+/* The root of zero has no derivative; if it is evaluated (a chain without tolerances) no result
+ * depends on it, so it is set to 0. */
 inline lm_dual real_sqrt(const lm_dual &a) {
   const double root = sqrt(a.value());
   return lm_dual::chain(a, root, root > 0.0 ? 0.5 / root : 0.0);
@@ -163,8 +163,8 @@ inline lm_dual real_exp(const lm_dual &a) {
 inline lm_dual real_log(const lm_dual &a) {
   return lm_dual::chain(a, log(a.value()), 1.0 / a.value());
 }
-/* The exponent's own derivative needs a logarithm, so it is left out where the exponent is a plain
- * number: bases of 0 stay possible there. */
+/* The exponent's own derivative needs a logarithm, so it is omitted if the exponent is a plain
+ * number: bases of 0 are then permitted. */
 inline lm_dual real_pow(const lm_dual &base, const lm_dual &exponent) {
   const double n = exponent.value();
   const double power = pow(base.value(), n);

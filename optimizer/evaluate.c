@@ -9,7 +9,7 @@
 #define ARCMIN (DEGREE / LM_REAL(60))
 #define ARCSEC (ARCMIN / LM_REAL(60))
 
-/* A fit that is as tight as allowed, exactly, is so but for the rounding of its sums. */
+/* Tolerance for rounding of sums: a fit may be exactly as tight as permitted. */
 #define ROUNDING_MM LM_REAL(1e-9)
 
 /* Unit of the size share of cost, mm^3. */
@@ -39,7 +39,7 @@ void lm_fill_values(const lm_problem *problem, int combination, const lm_real un
 /* --- the drive ----------------------------------------------------------------------------------
  */
 
-/* The integer that a plain number stands for. */
+/* The integer that a plain number represents. */
 static int whole(lm_real value) {
   return (int)(value + LM_REAL(0.5));
 }
@@ -146,13 +146,13 @@ typedef struct tolerance_state {
   lm_real tightest_mm[LM_GAP_ZONES];
 } tolerance_state;
 
-/* Quantile of the clipped gap over the fixed samples: between the two order statistics around
- * n p - 1/2, here 2048 * 0.9973 - 0.5 = 2041.97, so that the seven largest are kept, in rising
- * order. */
+/* Quantile of the clipped gap over the fixed samples: between the two order statistics around n p -
+ * 1/2, here 2048 * 0.9973 - 0.5 = 2041.97. Therefore the seven largest are kept, in rising order.
+ * */
 #define KEPT 7
 static lm_real sampled_gap(const lm_problem *problem, const lm_drive *drive) {
   const lm_real share = LM_REAL(0.9973 * LM_LOOP_SAMPLES - 0.5 - (LM_LOOP_SAMPLES - KEPT));
-  lm_real reach[LM_LINK_MAX]; /* what a link adds to its zone at the end of its field */
+  lm_real reach[LM_LINK_MAX]; /* contribution of a link to its zone at the end of its field */
   lm_real middle[LM_GAP_ZONES];
   lm_real kept[KEPT];
   int s;
@@ -235,7 +235,7 @@ static lm_status find_tolerance_state(const lm_problem *problem, const lm_drive 
 /* --- figures ------------------------------------------------------------------------------------
  */
 
-/* Turn of the output that a radial gap adds at a torque. */
+/* Rotation of the output that a radial gap adds at a torque. */
 static lm_status gap_turn(const lm_drive *drive, const lm_mesh_state *mesh, lm_real gap_mm,
                           lm_real torque_Nm, lm_real *turn_rad, lm_fault *fault) {
   lm_real full;
@@ -252,7 +252,7 @@ static lm_status gap_turn(const lm_drive *drive, const lm_mesh_state *mesh, lm_r
   return status;
 }
 
-/* The expensive part: contacts and their balance at every tooth phase. */
+/* The expensive part: contacts and their equilibrium at every tooth phase. */
 static lm_status find_gapless(const lm_problem *problem, const lm_drive *drive,
                               lm_gapless gapless[], lm_design_workspace *workspace,
                               lm_fault *fault) {
@@ -281,7 +281,8 @@ static lm_status find_gapless(const lm_problem *problem, const lm_drive *drive,
   return LM_OK;
 }
 
-/* The figures of motion: what has no gap, and the turn of the mean gap and of the level's. */
+/* The figures of motion: the part without a gap, and the rotation due to the mean gap and that of
+ * the level. */
 static lm_status measure_motion(const lm_problem *problem, const lm_layout *layout,
                                 const lm_drive *drive, const tolerance_state *tolerance,
                                 const lm_gapless gapless[], lm_real result[], lm_fault *fault) {
@@ -336,7 +337,7 @@ static lm_real cost_of(const lm_problem *problem, const lm_real value[], const l
   lm_real cost = LM_REAL(model->generator[drive->generator.type]) + LM_REAL(model->size) * volume;
   int i;
   for (i = 0; i < problem->link_count; i++) {
-    /* A drive that could be built has fields. */
+    /* A valid drive has fields. */
     const lm_real diameter = diameter_of(&problem->link[i], drive);
     lm_real field;
     lm_real usual;
@@ -371,7 +372,7 @@ static lm_real interference_row(const lm_problem *problem, const lm_drive *drive
          drive->teeth.module_mm;
 }
 
-/* Rows by lm_limit; what is not limited counts -1. */
+/* Rows by lm_limit; a row without a limit is -1. */
 /* A row of the check list as a row of the search: MOST by value over limit, LEAST the other way. */
 #define SHARE_MOST(check) ((check).value / (check).limit - LM_REAL(1))
 #define SHARE_LEAST(check) ((check).limit / (check).value - LM_REAL(1))
@@ -389,8 +390,9 @@ static void measure_limits(const lm_problem *problem, const lm_drive *drive, con
   for (i = 0; i < LM_LIMIT_BENDING_STRESS; i++) {
     row[i] = -check[by_module[i]].margin / drive->teeth.module_mm;
   }
-  /* The root of the gear that the rack does not cut is as deep as its mate needs: no dimension of
-   * the drive, so nothing to limit (involute.h sets it 0.2 modules beyond the nominal wave). */
+  /* The root of the gear that the rack does not cut is as deep as its mate requires: it is not a
+   * dimension of the drive and has no limit (involute.h sets it 0.2 modules beyond the nominal
+   * wave). */
   row[g->deformation == LM_INTERNAL ? LM_LIMIT_RIGID_ROOT : LM_LIMIT_FLEXSPLINE_ROOT] = LM_REAL(-1);
   if (!bounds->free_assembly) {
     row[LM_LIMIT_FREE_ASSEMBLY] = LM_REAL(-1);
@@ -409,7 +411,7 @@ static void measure_limits(const lm_problem *problem, const lm_drive *drive, con
   }
 }
 
-/* What the tightest tooth tolerances take from a side clearance: they push the teeth together by
+/* Reduction of a side clearance by the tightest tooth tolerances, which move the teeth together by
  * that radial distance. */
 static lm_real gap_row(const lm_problem *problem, const tolerance_state *tolerance,
                        const lm_gap *gap) {
@@ -424,8 +426,8 @@ static lm_real gap_row(const lm_problem *problem, const tolerance_state *toleran
   return LM_REAL(problem->bounds.gap_min_arcmin) - clearance / ARCMIN;
 }
 
-/* The end of one flank's overlap between two neighbouring angles; a row that does not bind when
- * there is none. */
+/* The end of one flank's overlap between two neighbouring angles; if there is none, a row that is
+ * not active. */
 static lm_real end_row(const lm_problem *problem, const tolerance_state *tolerance,
                        const lm_mesh *mesh, const lm_gap *gap, lm_real angle, const lm_gap *before,
                        lm_real angle_before, int forward) {
@@ -437,14 +439,14 @@ static lm_real end_row(const lm_problem *problem, const tolerance_state *toleran
   return gap_row(problem, tolerance, &end.gap);
 }
 
-/* Places of the face width that the limits look at: both edges, for no gap between them is smaller
- * (lm_face_sections); the middle where planar_only is requested. */
+/* Places of the face width at which the limits are evaluated: both edges, because no gap between
+ * them is smaller (lm_face_sections), or the middle if planar_only is requested. */
 static int edges_of(const lm_drive *drive) {
   return drive->planar_only ? 1 : LM_EDGES;
 }
 
-/* Angle slowest, then section, then flank; last the ends of the overlap. The angles that count from
- * the axis stand first and rise. */
+/* The angle varies slowest, then section, then flank; the ends of the overlap are last. The angles
+ * that are measured from the axis are first and rise. */
 static void measure_gaps(const lm_problem *problem, const lm_scan *scan, const lm_drive *drive,
                          const tolerance_state *tolerance, const lm_design_workspace *workspace,
                          lm_real row[]) {

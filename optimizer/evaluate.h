@@ -22,13 +22,13 @@ void lm_fill_values(const lm_problem *problem, int combination, const lm_real un
 lm_status lm_build_drive(const lm_problem *problem, const lm_real value[LM_KEY_COUNT],
                          lm_drive *drive, lm_fault *fault);
 
-/* The tolerance links of a drive that was built, anew from the grades of value[]. LM_OUT_OF_RANGE:
+/* Updates the tolerance links of a built drive from the grades of value[]. LM_OUT_OF_RANGE:
  * a field that IT grades do not reach. */
 lm_status lm_grade_drive(const lm_problem *problem, const lm_real value[LM_KEY_COUNT],
                          lm_drive *drive, lm_fault *fault);
 
-/* What a tooth phase shows before any radial gap: the total turn at the stated torque backwards and
- * forwards, and at the rated one. */
+/* Results of a tooth phase without radial gap: the total rotation at the stated torque backwards
+ * and forwards, and at the rated torque. */
 #define LM_GAPLESS_TORQUES 3
 typedef struct lm_gapless {
   lm_mesh_state mesh;
@@ -39,7 +39,7 @@ typedef struct lm_gapless {
 /* Figures and limits of a built drive into result[layout->count], by lm_lay_out.
  *  Figures in their units. Limits are scaled to g <= 0: lengths in modules, stresses in shares of
  *  the limit, gaps in arcmin. A pair without overlap counts -LM_GAP_FREE_ARCMIN.
- * gapless[problem->phases] is what lm_measure_tolerances continues from. Errors of the model; then
+ * gapless[problem->phases] is the input of lm_measure_tolerances. Errors of the model; then
  * result[] is not complete. */
 lm_status lm_measure_drive(const lm_problem *problem, const lm_scan *scan, const lm_layout *layout,
                            const lm_real value[LM_KEY_COUNT], const lm_drive *drive,
@@ -47,8 +47,8 @@ lm_status lm_measure_drive(const lm_problem *problem, const lm_scan *scan, const
                            lm_design_workspace *workspace, lm_fault *fault);
 
 /* For a drive that differs from a measured one only in its tolerances: the figures of motion, cost
- * and interference. The rest of result[] stays as it is, for nothing else depends on tolerances,
- * but for the side clearances where gap_at_worst_corner is asked: not to be used there. Errors as
+ * and interference. The rest of result[] is unchanged, because nothing else depends on tolerances.
+ * Exception: the side clearances with gap_at_worst_corner, for which it must not be used. Errors as
  * lm_measure_drive. */
 lm_status lm_measure_tolerances(const lm_problem *problem, const lm_layout *layout,
                                 const lm_real value[LM_KEY_COUNT], const lm_drive *drive,

@@ -9,13 +9,11 @@
 #define CROSSING_INDEX 15.0 /* Deb's simulated binary crossover and polynomial mutation */
 #define MUTATION_INDEX 20.0
 #define DIFFERENCE_SHARE 0.5 /* of the children; the others are crossed */
-#define GRAFT_SHARE_MAX 0.5  /* of the children, where tolerances are weighed at a full price */
-#define LOOKS 8              /* at other tolerances of a design that nothing reported beats */
-#define LOOKS_BEATEN 2       /* ... and of one that is beaten */
+#define GRAFT_SHARE_MAX 0.5  /* of the children, if tolerances are varied at full cost */
+#define LOOKS 8              /* at other tolerances of a design that no reported one dominates */
+#define LOOKS_BEATEN 2       /* ... and of a dominated one */
 #define LOOKS_KEPT 2         /* of one design, that join the population */
-#define LINE_SHARE                                                                                \
-  0.8 /* of the tolerance-only evaluations on lines through others' tolerances; the rest anywhere \
-       */
+#define LINE_SHARE 0.8       /* of these evaluations, on lines through others' tolerances */
 #define CHOICE_MUTATION 0.04
 
 typedef struct breeder {
@@ -27,8 +25,8 @@ typedef struct breeder {
   int left;
   int combinations;
   double graft_share;
-  int tolerance_only; /* whether tolerances are examined by themselves */
-  int parents;        /* of the present generation; they stand first */
+  int tolerance_only; /* whether tolerances are examined separately */
+  int parents;        /* of the present generation; they are first */
   lm_scan scan;
   lm_layout layout;
   double result[LM_RESULT_MAX];
@@ -45,8 +43,8 @@ static int pick(breeder *b, int count) {
   return (int)(draw(b) * count);
 }
 
-/* Make a design of a point, its result[] and how far that breaks a limit; 1 when it is reported: it
- * breaks none, and nothing reported is as good. */
+/* Make a design of a point, its result[] and its violation; 1 if it is reported: it violates no
+ * limit, and no reported design is as good. */
 static int read_result(breeder *b, int combination, const double unit[], double violation,
                        lm_solution *found) {
   const lm_problem *p = b->problem;
@@ -94,7 +92,7 @@ static void draw_line(breeder *b, const double p[], const double q[], double chi
   }
 }
 
-/* The teeth of a design that breaks no limit with other tolerances, such as others have: the best
+/* The teeth of a feasible design with other tolerances, such as those of other designs: the best
  * tolerances depend little on the teeth, and contacts need not be computed again. */
 static void look_around(breeder *b, const lm_solution *design, int tolerance_only) {
   int kept = 0;
@@ -128,11 +126,11 @@ static void look_around(breeder *b, const lm_solution *design, int tolerance_onl
   }
 }
 
-/* Whether a second look, with the gap closed, may bring a better design. Not where another limit is
- * broken further. Closing moves all flanks equally: it takes its own amount from the lost motion of
- * either direction and leaves the other figures, so where even that would be no better than a
- * member of the population it is not examined. What interferes hides some of its lost motion:
- * hoped for is what it shows. */
+/* Whether a second evaluation, with the gap closed, may give a better design. Not if the violation
+ * of another limit is larger. Closing moves all flanks equally: it reduces the lost motion in
+ * either direction by its own amount and does not change the other figures, so it is not examined
+ * if even that would be no better than a member of the population. With interference a part of the
+ * lost motion is hidden: the estimate uses the visible part. */
 static int may_gain(const breeder *b, const lm_solution *design) {
   const lm_problem *p = b->problem;
   const double row = lm_gap_row_of(&b->layout, b->result);
@@ -156,8 +154,8 @@ static int may_gain(const breeder *b, const lm_solution *design) {
   return 1;
 }
 
-/* Judge a point and, where that may gain, once more with its gap closed; the better of both joins
- * the population, and what was judged last is examined with other tolerances. */
+/* Evaluate a point and, if that may gain, again with its gap closed; the better of both joins the
+ * population, and the last evaluated one is examined with other tolerances. */
 static void admit(breeder *b, int combination, double unit[]) {
   lm_solution last;
   lm_solution better;
@@ -230,14 +228,14 @@ static void differ(breeder *b, const double x[], const double better[], const do
   }
 }
 
-/* Where tolerances are no cheaper to look at: of the children, those that get other tolerances
- * alone. None unless there are several. Half of them where every fourth variable is a tolerance;
- * the more of the others there are, the more is left to them. */
+/* If tolerances are not cheaper to evaluate: share of the children that get only other tolerances.
+ * None unless there are several tolerances; half of the children if every fourth variable is a
+ * tolerance, fewer with more other variables. */
 static double graft_share(const lm_problem *problem, int grades) {
   return grades > 1 ? fmin(GRAFT_SHARE_MAX, 2.0 * grades / problem->range_count) : 0;
 }
 
-/* How tolerances are weighed where they cost; not at all where they do not. */
+/* Treatment of tolerances that have a cost; without a cost they are not varied separately. */
 static void choose_grafts(breeder *b) {
   const lm_problem *p = b->problem;
   int costs = p->bounds.figure_max[LM_FIGURE_COST] > 0;

@@ -1,4 +1,4 @@
-/* Why there is no design: how far each limit must give. */
+/* Why there is no design: the required relaxation of each limit. */
 #include "infeasible.h"
 
 #include <math.h>
@@ -10,15 +10,16 @@
 #include "subproblem.h"
 #include "verify.h"
 
-/* What one module, arcmin or share of a limit weighs that follows from the drive itself: no key of
- * a spec states it, so that it gives where the others cannot make up for it alone. */
+/* Weight per module, arcmin or share of a limit that follows from the drive itself. No key of a
+ * spec states such a limit, so it is relaxed only if the others do not suffice. */
 #define PHYSICAL_WEIGHT 10.0
 
 static double weight_of(int limit) {
   return lm_is_set_by_spec(limit) ? 1.0 : PHYSICAL_WEIGHT;
 }
 
-/* What all limits give: of a figure that is many times its limit a little less is worth little. */
+/* Cost of all relaxations: a small decrease of a figure that is many times its limit counts little.
+ * */
 static double cost_of(const double relax[]) {
   double sum = 0;
   int i;
@@ -28,9 +29,9 @@ static double cost_of(const double relax[]) {
   return sum;
 }
 
-/* One slack for each limit, behind the moving variables: in units of what the limit gives at the
- * start where that is more than 1, and the sum of their costs, linear from the start, in units of
- * what it is there: SLSQP requires numbers of order 1. */
+/* One slack for each limit, after the moving variables, in units of the relaxation at the start if
+ * that is more than 1; and the sum of their costs, linearised at the start, in units of its value
+ * there. SLSQP requires numbers of order 1. */
 typedef struct elastic {
   lm_task_state *s;
   double size[LM_LIMIT_COUNT];
@@ -150,8 +151,8 @@ static void shrink_slacks(lm_task_state *s, double unit[], const double relax[])
   lm_spread_unit(s, x, unit);
 }
 
-/* To the point whose limits have to give least, and what they give there; 0 when the model refuses
- * the start. */
+/* To the point with the least relaxation, and the relaxations there; 0 if the model refuses the
+ * start. */
 static int give_least(lm_task_state *s, double unit[], double relax[]) {
   double start[LM_FREE_MAX];
   memcpy(start, unit, sizeof start);
@@ -168,7 +169,7 @@ static int give_least(lm_task_state *s, double unit[], double relax[]) {
   return 1;
 }
 
-/* The same with whole grades: the nearest ones, and what the rest makes of them. */
+/* The same with whole grades: the nearest ones, with the other variables optimised again. */
 static int give_least_whole(lm_task_state *s, double unit[], double relax[]) {
   int moving = 0;
   int k;
@@ -215,8 +216,8 @@ void lm_repair(lm_task_state *s, const lm_task *task) {
   }
 }
 
-/* Between the angles and phases of the search a limit may have to give more. A design that cannot
- * be certified leaves relax[] as it is. LM_TOO_SMALL: no memory. */
+/* Between the angles and phases of the search a larger relaxation may be required. If the design
+ * cannot be certified, relax[] is unchanged. LM_TOO_SMALL: no memory. */
 static lm_status relax_to_certificate(const lm_problem *problem, int combination,
                                       const double unit[], double relax[],
                                       lm_workspace *workspace) {

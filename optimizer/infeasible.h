@@ -9,8 +9,8 @@ extern "C" {
 #endif
 
 /* From the start of the task to the point with the least total relaxation. If that is zero, a
- * design is found, and improved by the scalarised objective; otherwise the answer is of that point,
- * with whole grades, and its value what the limits give in all. */
+ * design is found, and improved by the scalarised objective; otherwise the answer is that point,
+ * with whole grades, and its value is the total relaxation. */
 void lm_repair(lm_task_state *s, const lm_task *task);
 
 #ifdef __cplusplus

@@ -11,14 +11,14 @@
 #include "platform.h"
 #include "spec.h"
 
-/* The number rises with the layout, when the search plans other tasks for the same answers, and
- * when the same design gets other figures. */
+/* The number is incremented if the layout changes, if the search plans other tasks for the same
+ * answers, or if the same design gets other figures. */
 #define MAGIC "lostmotion journal 9\n"
 #define RECORD UINT32_C(0x4c4d414e)
 
 struct lm_journal {
   FILE *file;
-  time_t synced; /* second in which the disk last had everything */
+  time_t synced; /* second of the last flush to the disk */
 };
 
 typedef struct header {
@@ -42,8 +42,9 @@ static void fill_header(header *h, const char *spec) {
   h->answer_size = (uint32_t)sizeof(lm_answer);
 }
 
-/* To the system, which keeps it when the program is killed; to the disk once a second. All threads
- * wait for a disk that takes milliseconds, and what a power cut takes is done again. */
+/* To the system, which keeps it if the program is killed; to the disk once a second, because all
+ * threads wait for a disk that takes milliseconds. Work that is lost in a power failure is
+ * repeated. */
 static lm_status keep(lm_journal *journal) {
   const time_t now = time(NULL);
   if (now == journal->synced) {
@@ -71,7 +72,7 @@ lm_status lm_create_journal(const char *path, const char *spec, lm_journal **jou
   if (path == NULL || spec == NULL || journal == NULL) {
     return LM_NULL;
   }
-  file = lm_open_file(path, LM_FILE_CREATE); /* two that begin at once cannot both have it */
+  file = lm_open_file(path, LM_FILE_CREATE); /* only one of two simultaneous starts gets it */
   if (file == NULL) {
     return LM_CORRUPT;
   }
@@ -84,19 +85,19 @@ lm_status lm_create_journal(const char *path, const char *spec, lm_journal **jou
   }
   if (status != LM_OK) {
     const int why = errno;
-    (void)lm_remove_file(path); /* a part of a header would pass for a search that was begun */
+    (void)lm_remove_file(path); /* a part of a header would look like a started search */
     errno = why;
   }
   return status;
 }
 
-/* The places of solution[] that hold nothing are not stored. */
+/* Unused entries of solution[] are not stored. */
 static size_t answer_length(const lm_answer *answer) {
   return offsetof(lm_answer, solution) +
          (size_t)(answer->solution_count + answer->member_count) * sizeof answer->solution[0];
 }
 
-/* The next whole record; 0 at the end or at a torn one. */
+/* The next complete record; 0 at the end or at an incomplete one. */
 static int read_record(FILE *file, lm_answer *answer) {
   record_head head;
   memset(answer, 0, sizeof *answer);
@@ -108,7 +109,7 @@ static int read_record(FILE *file, lm_answer *answer) {
          answer->member_count <= LM_PARENT_MAX && answer_length(answer) == head.length;
 }
 
-/* Read the header; the file is behind it. */
+/* Read the header; the file position is then after it. */
 static lm_status check_header(FILE *file, const char *spec) {
   header found;
   header wanted;
@@ -124,14 +125,14 @@ static lm_status check_header(FILE *file, const char *spec) {
   return fseek(file, (long)found.spec_length, SEEK_CUR) == 0 ? LM_OK : LM_CORRUPT;
 }
 
-/* Whole records behind a place at which none stands. */
+/* Number of complete records after a position without a record. */
 static int count_behind(FILE *file, long from, lm_answer *answer) {
   uint32_t window = 0;
   int count = 0;
   int byte;
   (void)fseek(file, from, SEEK_SET);
   while ((byte = fgetc(file)) != EOF) {
-    /* The mark as this machine lays it out; its bytes differ from each other. */
+    /* The mark in the byte order of this machine; its bytes differ from each other. */
     memmove(&window, (char *)&window + 1, sizeof window - 1);
     ((unsigned char *)&window)[sizeof window - 1] = (unsigned char)byte;
     if (window == RECORD) {
@@ -148,7 +149,7 @@ static int count_behind(FILE *file, long from, lm_answer *answer) {
   return count;
 }
 
-/* The file as it is, beside it under the name with DAMAGED behind it. */
+/* Copy the file unchanged to its name with DAMAGED appended. */
 static lm_status set_aside(FILE *file, const char *path) {
   const size_t length = strlen(path);
   char *name = (char *)malloc(length + sizeof LM_JOURNAL_DAMAGED);

@@ -73,7 +73,7 @@ static int read_arguments(int count, char **argument, program *p) {
   return p->folder == NULL ? usage("a spec and a folder are needed") : 0;
 }
 
-/* The whole file as text; null: *why. */
+/* The complete file as text; null: *why states the reason. */
 static const char *read_text(const char *path, const char **why) {
   static char text[SPEC_MAX + 1];
   FILE *file = lm_open_file(path, LM_FILE_READ);

@@ -11,7 +11,7 @@
 #define DEGREE (3.14159265358979323846 / 180.0)
 #define ARCMIN (DEGREE / 60.0)
 
-/* A number with every bit, before and after it what stands there. */
+/* A number with every bit, and the text before and after it. */
 static void write_exact(FILE *file, const char *before, double value, const char *after) {
   char text[LM_DECIMAL_MAX];
   fprintf(file, "%s%s%s", before, lm_write_decimal(text, value, LM_DECIMAL_EXACT), after);
@@ -96,7 +96,7 @@ char *lm_format_drive(const lm_drive *drive, const char *name) {
     text = (char *)malloc((size_t)length + 1);
   }
   if (text != NULL) {
-    rewind(file); /* and to the file what is not there yet */
+    rewind(file); /* and to the file the part that is not written yet */
     text[fread(text, 1, (size_t)length, file)] = '\0';
     if (strlen(text) != (size_t)length) {
       free(text);
@@ -114,7 +114,7 @@ void lm_free_text(char *text) {
 /* --- front --------------------------------------------------------------------------------------
  */
 
-/* A chosen value as a drive file has it. */
+/* A chosen value as in a drive file. */
 static void write_choice(FILE *file, const lm_problem *problem, int combination, int choice) {
   const double value = lm_chosen_value(problem, combination, choice);
   const int key = problem->choice[choice].key;
@@ -133,7 +133,7 @@ static double range_value(const lm_range *range, double unit) {
   return range->low + (range->high - range->low) * unit;
 }
 
-/* What the search makes small as a compliance is a stiffness in all that it writes. */
+/* The search minimises a compliance; in all output it is a stiffness. */
 #define FIGURE_NAME_MAX 64
 
 static void name_figure(int figure, char name[FIGURE_NAME_MAX]) {
@@ -261,7 +261,7 @@ void lm_write_combinations(FILE *file, const lm_problem *problem, const lm_searc
 /* --- JSON ---------------------------------------------------------------------------------------
  */
 
-/* A number of JSON: what is not finite has none. */
+/* A number in JSON; null if it is not finite. */
 static void write_json(FILE *file, const char *key, double value, const char *after) {
   if (isfinite(value)) {
     fprintf(file, "\"%s\": ", key);
@@ -281,7 +281,7 @@ static void write_figures(FILE *file, const char *key, const double figure[]) {
   }
 }
 
-/* Ranges that end where the design stands, and what the end costs. */
+/* Ranges with the design at one end, and the price of that end. */
 static void write_ends(FILE *file, const lm_problem *problem, const lm_certificate *c) {
   char key[LM_KEY_NAME_MAX];
   int first = 1;

@@ -20,12 +20,12 @@ char *lm_format_drive(const lm_drive *drive, const char *name);
 void lm_free_text(char *text);
 
 /* Margin of a limit in an evaluated result: modules for dimensions, arcmin for the gap, a share of
- * the limit for the others; what is not stated has 1. */
+ * the limit for the others; 1 if the limit is not stated. */
 double lm_margin_of(const lm_problem *problem, const lm_layout *layout, const double result[],
                     int limit);
 
-/* One design a row: combination, variables, figures, margins of all limits. Designs that the model
- * refuses are left out. 0: no memory, nothing was written. */
+/* One design per row: combination, variables, figures, margins of all limits. Designs that the
+ * model refuses are left out. 0: no memory, nothing was written. */
 int lm_write_designs(FILE *file, const lm_problem *problem, const lm_solution design[], int count,
                      lm_workspace *workspace);
 
@@ -33,7 +33,7 @@ int lm_write_designs(FILE *file, const lm_problem *problem, const lm_solution de
 int lm_write_front(FILE *file, const lm_problem *problem, const lm_search *search,
                    lm_workspace *workspace);
 
-/* Every combination: its choices, how it ended and what pruned it. */
+/* Every combination: its choices, its result and the limit that pruned it. */
 void lm_write_combinations(FILE *file, const lm_problem *problem, const lm_search *search);
 
 /* The certificate as JSON. */

@@ -1,8 +1,9 @@
 /* Operating system functions for the search, implemented by platform_posix.c and
  * platform_windows.c; all other code is independent of the system.
  *
- * Paths are UTF-8 of any length that the system takes, with / (on Windows also \) between the
- * parts. Files are opened as bytes: a line ends with \n on every system. What fails sets errno.
+ * Paths are UTF-8 of any length that the system accepts, with / (on Windows also \) between the
+ * parts. Files are opened as bytes: a line ends with \n on every system. Functions that fail set
+ * errno.
  */
 #ifndef LOSTMOTION_OPTIMIZER_PLATFORM_H
 #define LOSTMOTION_OPTIMIZER_PLATFORM_H
@@ -16,27 +17,27 @@ extern "C" {
 /* --- files --- */
 
 typedef enum lm_file_mode {
-  LM_FILE_READ,    /* that is there */
-  LM_FILE_UPDATE,  /* that is there, to read and write */
-  LM_FILE_REPLACE, /* empty, whatever was there */
-  LM_FILE_CREATE   /* where none is: else EEXIST, also for a link */
+  LM_FILE_READ,    /* an existing file */
+  LM_FILE_UPDATE,  /* an existing file, to read and write */
+  LM_FILE_REPLACE, /* an empty file, even if one exists */
+  LM_FILE_CREATE   /* a new file; EEXIST if one exists, also for a link */
 } lm_file_mode;
 
 /* Null: errno. Others may read, rename and delete the file meanwhile. */
 FILE *lm_open_file(const char *path, lm_file_mode mode);
 
-/* An empty file without a name, to read and write; it ends with its closing. Null: errno. */
+/* An empty file without a name, to read and write; it is deleted on closing. Null: errno. */
 FILE *lm_open_scratch(void);
 
 /* 1: a file on a disk; 0: a folder, pipe or device. */
 int lm_is_regular(FILE *file);
 
-/* Take the file until it is closed or this process ends. 0: another process has it (errno EBUSY).
- * If the file system has no locks, the file counts as taken. POSIX
+/* Lock the file until it is closed or this process ends. 0: another process has it (errno EBUSY).
+ * If the file system has no locks, the file counts as locked. POSIX
  * refuses the lock to other processes only; Windows also to another opening by this one. */
 int lm_lock_file(FILE *file);
 
-/* What follows returns 1, or 0 with errno. */
+/* The following functions return 1, or 0 with errno. */
 
 /* Flush all written data to the disk. */
 int lm_sync_file(FILE *file);
@@ -48,10 +49,10 @@ int lm_cut_file(FILE *file, long length);
 int lm_replace_file(const char *from, const char *to);
 
 int lm_remove_file(const char *path);   /* a link itself */
-int lm_make_folder(const char *path);   /* EEXIST: there is something of that name */
+int lm_make_folder(const char *path);   /* EEXIST: the name exists */
 int lm_remove_folder(const char *path); /* an empty one */
 
-/* 1: there is something of that name; a link counts itself. */
+/* 1: the name exists; a link counts, whatever its target. */
 int lm_exists(const char *path);
 
 /* 1: both are names of one file. */

@@ -79,11 +79,11 @@ static int succeed(BOOL done) {
 
 /* --- paths --- */
 
-/* From this length on a path needs the prefix that lifts the limit: MAX_PATH less the 12 characters
- * that CreateDirectory keeps for a file name. */
+/* Least length of a path that needs the prefix that removes the limit: MAX_PATH minus the 12
+ * characters that CreateDirectory reserves for a file name. */
 #define LONG_PATH (MAX_PATH - 12)
 
-/* The one door for paths: UTF-8 to an absolute path of Windows. Null: errno. */
+/* All paths pass here: UTF-8 to an absolute path of Windows. Null: errno. */
 static wchar_t *open_path(const char *path) {
   static const wchar_t local[] = L"\\\\?\\";
   static const wchar_t network[] = L"\\\\?\\UNC\\"; /* in place of two backslashes */
@@ -125,7 +125,7 @@ static HANDLE handle_of(FILE *file) {
   return (HANDLE)_get_osfhandle(_fileno(file));
 }
 
-/* The file of C for one of Windows, which belongs to it from here on. */
+/* A C stream for a Windows handle, which the stream owns from here on. */
 static FILE *as_file(HANDLE handle, int flags, const char *mode) {
   const int number = _open_osfhandle((intptr_t)handle, flags | _O_BINARY);
   FILE *file = number >= 0 ? _fdopen(number, mode) : NULL;
@@ -193,7 +193,8 @@ int lm_is_regular(FILE *file) {
   return GetFileType(handle_of(file)) == FILE_TYPE_DISK;
 }
 
-/* Locks are mandatory here: one byte far behind every end keeps nobody from reading. */
+/* Locks are mandatory on Windows: one byte far beyond the end of any file does not prevent reading.
+ * */
 int lm_lock_file(FILE *file) {
   OVERLAPPED place;
   DWORD error;
@@ -228,7 +229,7 @@ int lm_cut_file(FILE *file, long length) {
   return fseek(file, length, SEEK_SET) == 0;
 }
 
-/* Virus scanners and indexers hold a new file for a moment, in which it cannot be replaced. */
+/* Virus scanners and indexers open a new file briefly; meanwhile it cannot be replaced. */
 #define REPLACE_TRIES 20
 #define REPLACE_WAIT_MS 50
 
@@ -257,7 +258,7 @@ int lm_replace_file(const char *from, const char *to) {
   return done;
 }
 
-/* with_path: what a call of Windows says to a path of ours. */
+/* with_path: result of a Windows call for one of our paths. */
 static int with_path(BOOL(WINAPI *call)(const wchar_t *name), const char *path) {
   wchar_t *name = open_path(path);
   const int done = name != NULL && succeed(call(name));
@@ -337,7 +338,7 @@ static void restore_code_page(void) {
   (void)SetConsoleOutputCP(code_page_before);
 }
 
-/* The arguments live as long as the program. */
+/* The arguments are kept until the program ends. */
 char **lm_take_arguments(int *count, char **argument) {
   int words = 0;
   wchar_t **wide = CommandLineToArgvW(GetCommandLineW(), &words);
@@ -366,8 +367,8 @@ char **lm_take_arguments(int *count, char **argument) {
 
 static volatile int *asked_to_stop;
 
-/* Called in a thread of its own. A window that closes ends the process when this returns, or some
- * seconds later: the time is the program's, to write what it has. */
+/* Called in a separate thread. When the window closes, the process ends when this returns or some
+ * seconds later; until then the program can write its results. */
 static BOOL WINAPI interrupt(DWORD event) {
   lm_stop(asked_to_stop);
   if (event != CTRL_C_EVENT && event != CTRL_BREAK_EVENT) {
@@ -415,8 +416,8 @@ struct lm_thread {
   fenv_t rounding; /* of the thread that starts this one */
 };
 
-/* Windows begins a thread with the x87 rounded to 53 bits, mingw-w64 a program with 64; the libm of
- * mingw-w64 computes there. No bit of a result may depend on the thread. */
+/* Windows starts a thread with the x87 rounding to 53 bits, mingw-w64 a program with 64 bits; the
+ * libm of mingw-w64 computes on the x87. No bit of a result may depend on the thread. */
 static unsigned __stdcall begin(void *data) {
   const lm_thread *thread = (const lm_thread *)data;
   (void)fesetenv(&thread->rounding);

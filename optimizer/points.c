@@ -14,11 +14,11 @@
 #define DEGREE (3.14159265358979323846 / 180.0)
 #define ARCMIN (DEGREE / 60.0)
 
-/* Name of a key, what it is when a spec is silent, and the range that a spec may give it. A value
- * of 0 stands for what lm_complete_drive fills in. */
+/* Name of a key, its value if a spec does not state it, and its permitted range in a spec. A value
+ * of 0 means the default of lm_complete_drive. */
 typedef struct key_entry {
   const char *name; /* "" where a search cannot set it */
-  int discrete;     /* 1: no value between two of them means anything */
+  int discrete;     /* 1: values between two integers have no meaning */
   double otherwise;
   double low;
   double high;
@@ -295,7 +295,7 @@ static lm_status check_objectives(const lm_problem *problem, lm_fault *fault) {
   return LM_OK;
 }
 
-/* What a number of the problem may be. */
+/* Permitted range of a number of the problem. */
 typedef struct bounded_number {
   const char *input;
   double found;
@@ -639,7 +639,7 @@ static double larger(double a, double b) {
   return a > b ? a : b;
 }
 
-/* Four at a time, for each comparison waits for the one before it. */
+/* Four at a time, because each comparison depends on the previous one. */
 static double largest_of(const double row[], int count) {
   double a = row[0];
   double b = a;
@@ -723,14 +723,14 @@ static int closing_range(const lm_problem *problem, int combination) {
   return -1;
 }
 
-/* Move a range by a number of its own units; what a bound leaves of that. */
+/* Move a range by a number of its own units; returns the part that a bound does not prevent. */
 static double move_range(const lm_range *range, double by, double *unit) {
   const double before = *unit;
   *unit = lm_clip(before + by / (range->high - range->low));
   return (*unit - before) * (range->high - range->low);
 }
 
-/* Turn of a flank by a shift of one module, 2 tan(alpha) / z on either side (involute.h); of a
+/* Rotation of a flank by a shift of one module, 2 tan(alpha) / z on either side (involute.h); of a
  * conjugate flank by its backlash, 1 / r per mm. */
 int lm_open_gap(const lm_problem *problem, int combination, double by_arcmin, double unit[]) {
   const int range = closing_range(problem, combination);
@@ -746,8 +746,8 @@ int lm_open_gap(const lm_problem *problem, int combination, double by_arcmin, do
   if (value[LM_KEY_DEFORMATION] < 0.5) {
     teeth += 2;
   } else if (by_arcmin < 0) {
-    /* The turn of the flexspline's own flanks counts between once and z_F / z_R times on the
-     * output: too little is taken rather than too much. */
+    /* The rotation of the flexspline's own flanks has a factor between 1 and z_F / z_R at the
+     * output: the factor is chosen such that the gap is closed too little rather than too much. */
     teeth -= 2;
   }
   moved = move_range(&problem->range[range],
@@ -759,7 +759,8 @@ int lm_open_gap(const lm_problem *problem, int combination, double by_arcmin, do
   if (fabs(moved) < 1e-9) {
     return 0;
   }
-  /* The rigid gear stays, also where its shift is stated by the difference to the flexspline's. */
+  /* The rigid gear is unchanged, also if its shift is stated as the difference to that of the
+   * flexspline. */
   for (i = 0; i < problem->range_count && value[LM_KEY_DEFORMATION] > 0.5; i++) {
     if (problem->range[i].key == LM_KEY_SHIFT_DIFFERENCE) {
       (void)move_range(&problem->range[i], -moved, &unit[i]);

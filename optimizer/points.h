@@ -2,7 +2,7 @@
  * without derivatives.
  *
  * A point is a combination of the choices and one number in 0 .. 1 for every range. All functions
- * are reentrant; what they need beyond their arguments is in the workspace of the caller.
+ * are reentrant; any other data are in the workspace of the caller.
  */
 #ifndef LOSTMOTION_OPTIMIZER_POINTS_H
 #define LOSTMOTION_OPTIMIZER_POINTS_H
@@ -15,15 +15,15 @@
 extern "C" {
 #endif
 
-/* What a gradient costs in plain evaluations, at up to 8 ranges, and again for each further 8:
- * measured, see tests/benchmarks/bench_search.py. Fixed, so that a budget means the same on every
- * machine. Ranges of tolerance grades do not count, for the contacts do not depend on them; they do
- * where gap_at_worst_corner is asked. */
+/* Cost of a gradient in plain evaluations for up to 8 ranges, and again for each further 8:
+ * measured, see tests/benchmarks/bench_search.py. It is fixed, so that a budget means the same on
+ * every machine. Ranges of tolerance grades do not count, because the contacts do not depend on
+ * them, except with gap_at_worst_corner. */
 #define LM_GRADIENT_CHARGE 8
 int lm_slope_charge(const lm_problem *problem);
 
-/* So many tolerance-only evaluations of an evaluated design are charged as one plain evaluation:
- * measured likewise, at the level that takes longest. */
+/* Number of tolerance-only evaluations of an evaluated design that are charged as one plain
+ * evaluation: measured likewise, at the slowest level. */
 #define LM_LOOKS_CHARGED 16
 
 /* --- names; "" outside the list --- */
@@ -67,7 +67,7 @@ int lm_count_combinations(const lm_problem *problem);
 double lm_chosen_value(const lm_problem *problem, int combination, int choice);
 
 /* Add every even number of teeth whose ratio lies in low .. high as a choice of
- * teeth.flexspline_teeth. LM_OUT_OF_RANGE when none does or more than fit. */
+ * teeth.flexspline_teeth. LM_OUT_OF_RANGE if there is none or too many. */
 lm_status lm_choose_teeth_by_ratio(lm_problem *problem, double ratio_low, double ratio_high,
                                    lm_fault *fault);
 
@@ -83,20 +83,20 @@ typedef struct lm_workspace lm_workspace;
 lm_workspace *lm_create_workspace(void); /* null: out of memory */
 void lm_free_workspace(lm_workspace *workspace);
 
-/* A unit variable kept in 0 .. 1. */
+/* A unit variable clipped to 0 .. 1. */
 double lm_clip(double unit);
 
-/* Figures and limits at a point, evaluate.h. LM_NOT_FINITE when any of them is no finite number. */
+/* Figures and limits at a point, evaluate.h. LM_NOT_FINITE if any of them is not finite. */
 lm_status lm_evaluate_point(const lm_problem *problem, const lm_scan *scan, const lm_layout *layout,
                             int combination, const double unit[], double result[],
                             lm_workspace *workspace, lm_fault *fault);
 
-/* Whether lm_evaluate_tolerances may be used: not where gap_at_worst_corner is asked. */
+/* Whether lm_evaluate_tolerances may be used: not with gap_at_worst_corner. */
 int lm_has_cheap_tolerances(const lm_problem *problem);
 
-/* lm_evaluate_point, but for the last bits, at a point that differs in its tolerance grades alone
- * from the one that this workspace and result[] hold: only what depends on tolerances is computed.
- * After an error the next point has to be evaluated whole.
+/* As lm_evaluate_point, except for the last bits, at a point that differs only in its tolerance
+ * grades from that of this workspace and result[]: only results that depend on tolerances are
+ * computed. After an error the next point must be evaluated completely.
  */
 lm_status lm_evaluate_tolerances(const lm_problem *problem, const lm_layout *layout,
                                  int combination, const double unit[], double result[],
@@ -109,7 +109,7 @@ lm_status lm_evaluate_slopes(const lm_problem *problem, const lm_scan *scan,
                              double result[], double slope[], lm_workspace *workspace,
                              lm_fault *fault);
 
-/* The values of all keys at a point, 0 where lm_complete_drive decides. */
+/* The values of all keys at a point, 0 for defaults of lm_complete_drive. */
 void lm_point_values(const lm_problem *problem, int combination, const double unit[],
                      double value[LM_KEY_COUNT]);
 
@@ -123,7 +123,7 @@ double lm_figure_of(const lm_layout *layout, const double result[], int figure);
 /* The largest violation of all limits, those on figures included; <= 0: all hold. */
 double lm_violation_of(const lm_problem *problem, const lm_layout *layout, const double result[]);
 
-/* The same of the limits alone that depend on tolerances, where gap_at_worst_corner is not asked.
+/* The same for only the limits that depend on tolerances, without gap_at_worst_corner.
  */
 double lm_tolerance_violation_of(const lm_problem *problem, const lm_layout *layout,
                                  const double result[]);
@@ -137,11 +137,11 @@ double lm_gap_row_of(const lm_layout *layout, const double result[]);
 
 /* Move the shift that moves all side clearances equally (rigid gear, internal deformation;
  * flexspline, external) so that they grow by so much (< 0: shrink). 0: nothing to move, or no such
- * range. Exact for internal deformation where no bound of the range is met. */
+ * range. Exact for internal deformation if no bound of the range is reached. */
 int lm_open_gap(const lm_problem *problem, int combination, double by_arcmin, double unit[]);
 
-/* The same by what brings the smallest gap of result[], evaluated at this point, to the smallest
- * allowed one and the reserve. */
+/* The same by the amount that changes the smallest gap of result[], evaluated at this point, to the
+ * smallest permitted gap plus the reserve. */
 int lm_close_gap(const lm_problem *problem, const lm_layout *layout, int combination,
                  const double result[], double unit[]);
 

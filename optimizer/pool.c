@@ -132,7 +132,7 @@ lm_status lm_run_tasks(lm_pool *pool, const lm_problem *problem, const lm_task t
     w[i].shared = &r;
     w[i].workspace = pool->workspace[i];
   }
-  /* The calling thread works too; it alone when no other can be started. */
+  /* The calling thread works too, alone if no other can be started. */
   for (i = 1; i < pool->workers && i < count; i++) {
     thread[started] = lm_start_thread(work, &w[i]);
     started += thread[started] != NULL;

@@ -89,7 +89,7 @@ typedef enum lm_limit {
   LM_LIMIT_FLEXSPLINE_ROOT,
   LM_LIMIT_RIGID_ROOT,
   LM_LIMIT_DISENGAGEMENT,
-  LM_LIMIT_FREE_ASSEMBLY, /* only where asked */
+  LM_LIMIT_FREE_ASSEMBLY, /* only if requested */
   LM_LIMIT_BENDING_STRESS,
   LM_LIMIT_TORSION_STRESS,
   LM_CAPACITY_CHECKS(LM_LIMIT_OF_ROW) LM_LIMIT_SAFETY,
@@ -101,7 +101,7 @@ typedef enum lm_limit {
 } lm_limit;
 #undef LM_LIMIT_OF_ROW
 
-/* Limits that hold always stand one a row before the gaps. */
+/* Limits without angles have one row each, before the gaps. */
 #define LM_SINGLE_ROWS LM_LIMIT_GAP
 
 /* Production level of the tolerance figure and the corner limits. */
@@ -152,14 +152,14 @@ typedef struct lm_problem {
   double torsion[LM_CHAIN_MAX][2]; /* stiffness, ratio */
   int link_count;
   lm_graded_link link[LM_LINK_MAX];
-  /* what may vary */
+  /* variables */
   int range_count;
   lm_range range[LM_FREE_MAX];
   int choice_count;
   lm_choice choice[LM_CHOICE_MAX];
   int start_count;
   lm_start start[LM_START_MAX];
-  /* what is wanted */
+  /* objectives and limits */
   int objective_count;
   int objective[LM_OBJECTIVE_MAX]; /* lm_figure; the first one leads */
   double torque_Nm;                /* of the reversal; 0: 4 % of rated torque */
@@ -167,10 +167,10 @@ typedef struct lm_problem {
   int level;                       /* lm_level of tolerance_lost_motion */
   lm_bounds bounds;
   lm_cost_model cost;
-  /* how long */
+  /* budget */
   unsigned int seed;
   int evaluations;      /* budget in plain evaluations; a gradient counts as LM_GRADIENT_CHARGE */
-  double damaged_share; /* share of evaluations answered by NaN, to test the search; 0 */
+  double damaged_share; /* share of evaluations that return NaN, to test the search; 0 */
   /* made by lm_prepare_problem */
   double deviate[LM_LINK_MAX][LM_LOOP_SAMPLES]; /* deviations in units of tau */
 } lm_problem;
@@ -187,7 +187,7 @@ typedef struct lm_gap_angle {
 
 typedef struct lm_scan {
   int count;
-  int rising; /* so many of the first angles count from the axis and rise */
+  int rising; /* number of first angles that are measured from the axis and rise */
   lm_gap_angle angle[LM_ANGLE_MAX];
   int nodes; /* of the neutral line */
 } lm_scan;

@@ -5,27 +5,28 @@
 #include "trade_off.h"
 
 #define SCREEN_POINTS 4 /* of a combination */
-#define POINT_CHARGE 2  /* of a screened point: itself, and with its gap closed */
+#define POINT_CHARGE 2  /* of a screened point: unchanged, and with its gap closed */
 #define RUNG_SLOPES 12  /* evaluations with derivatives of the first rung */
 
 /* Shares of the budget. */
 #define SCREEN_SHARE 0.15
 #define EVOLVE_SHARE 0.7 /* up to here, for one objective */
-/* Of several objectives every member of a population is a design of the front: an evaluation of it
- * brings several times what one of a local solver brings. */
+/* With several objectives every member of a population is a design of the front, so an evaluation
+ * has several times the benefit of one in a local solver. */
 #define EVOLVE_FRONT_SHARE 0.9
-/* The extreme points of the front are sought as soon as the population has found its regions, and
- * early enough for it to breed from them. */
+/* The extreme points of the front are searched as soon as the population has found its regions, and
+ * early enough to be parents in it. */
 #define ENDS_SHARE 0.3
-#define ENDS_AGAIN_SHARE 0.8 /* from what the population has bred, where it has the rest */
-#define LOOKS_SHARE 0.05     /* most that the examines the ends get at a time */
+#define ENDS_AGAIN_SHARE 0.8 /* from the population, if it has the rest of the budget */
+#define LOOKS_SHARE 0.05     /* largest share for examinations of the ends at a time */
 #define RACE_SHARE 0.03
 
-#define EPOCH_BUDGET 4000 /* evaluations of a population before the next one starts anew */
+#define EPOCH_BUDGET 4000 /* evaluations of a population before a new one starts */
 #define ISLAND_BUDGET 100 /* evaluations of one island between two exchanges: a generation */
-/* Below, two islands; and with more than one objective they have all of the budget once the ends of
- * the front are known. What refines the front then runs beside them: tasks of a stage of their own
- * are few and unlike there, so that threads wait for each other. */
+/* Below this budget there are two islands; with more than one objective they have all of the budget
+ * once the ends of the front are known. The tasks that refine the front then run in parallel with
+ * them: in a separate stage they would be few and of different length, so that threads would wait
+ * for each other. */
 #define FEW_EVALUATIONS 10000
 
 void lm_start_screen(lm_search *search) {
@@ -33,7 +34,7 @@ void lm_start_screen(lm_search *search) {
   for (i = 0; i < search->combinations; i++) {
     search->order[i] = i;
   }
-  /* In a drawn order, so that a short budget does not always miss the same end. */
+  /* In random order, so that a short budget does not always miss the same end. */
   for (i = search->combinations - 1; i > 0; i--) {
     const int k = (int)(lm_draw_number(search, -1, i) * (i + 1));
     const int moved = search->order[i];
@@ -42,7 +43,7 @@ void lm_start_screen(lm_search *search) {
   }
 }
 
-/* The designs to begin with, before anything else. */
+/* The initial designs, before anything else. */
 static void plan_starts(lm_search *search) {
   const lm_problem *p = &search->problem;
   for (; search->started < p->start_count; search->started++) {
@@ -79,7 +80,7 @@ void lm_plan_screen(lm_search *search) {
   }
 }
 
-/* Designs spread over the front, its ends among them. */
+/* Designs spread over the front, including its ends. */
 static void add_spread(lm_search *search, int islands) {
   const int places = islands * LM_PARENT_MAX - search->population_count;
   const int count = search->archive_count < places ? search->archive_count : places;
@@ -118,7 +119,7 @@ void lm_start_population(lm_search *search) {
 }
 
 /* A population converges to one region, so a larger budget is divided between several restarts;
- * the last one, with half of the share, starts from what all have found. */
+ * the last one, with half of the share, starts from the results of all. */
 static void start_epoch(lm_search *search, double share) {
   search->population_count = 0;
   if (search->used + EPOCH_BUDGET <= share / 2) {
@@ -130,7 +131,7 @@ static void start_epoch(lm_search *search, double share) {
   add_spread(search, LM_ISLANDS_MAX);
 }
 
-/* The least of each objective of each combination, over what is kept. */
+/* The least value of each objective of each combination, over the kept designs. */
 static void find_least(lm_search *search) {
   const int count = search->problem.objective_count;
   int i;
@@ -159,9 +160,9 @@ static int is_end(const lm_search *search, const lm_solution *found) {
   return j < search->problem.objective_count;
 }
 
-/* The last population is too small for a wide front: half of its places go to the ends of each
- * combination's part, which are the hardest to reach, and to designs drawn along all that is kept,
- * where that is more than it holds. */
+/* The last population is too small for a wide front: if the kept designs exceed its size, half of
+ * its places go to the ends of each combination's part, which are the hardest to reach, and to
+ * designs drawn along all kept ones. */
 static void recall_front(lm_search *search, int places) {
   const int held = search->population_count;
   const int first = held < places / 2 ? held : places / 2;
@@ -184,7 +185,7 @@ static void recall_front(lm_search *search, int places) {
   search->population_count = places;
 }
 
-/* Whether the population has the rest of the budget to itself. */
+/* Whether the population alone has the rest of the budget. */
 static int has_rest(const lm_search *search) {
   return search->problem.objective_count > 1 && search->extremes_sought &&
          search->problem.evaluations < FEW_EVALUATIONS;
@@ -210,7 +211,7 @@ void lm_plan_evolve(lm_search *search) {
   recall_front(search, islands * LM_PARENT_MAX);
   for (i = 0; i < islands; i++) {
     lm_task *task = lm_add_task(search, LM_TASK_EVOLVE, 0, ISLAND_BUDGET, NULL);
-    /* as many at most as an island holds: every source of the population keeps to that */
+    /* at most the size of an island, for every source of the population */
     for (k = i; k < search->population_count; k += islands) {
       task->parent[task->parent_count++] = search->population[k];
     }
@@ -218,7 +219,7 @@ void lm_plan_evolve(lm_search *search) {
   if (objectives > 1 && search->archive_count > 0 && search->extremes_sought < (rest ? 2 : 1) &&
       search->used >= (rest ? ENDS_AGAIN_SHARE : ENDS_SHARE) * search->problem.evaluations) {
     /* Both ends of every open combination are examined before a solver continues from the best;
-     * where the part is less than a generation it is not worth one. */
+     * a part of less than a generation is not used. */
     const int looking = search->ends_looked == search->extremes_sought &&
                         LOOKS_SHARE * search->problem.evaluations >= ISLAND_BUDGET;
     search->ends_looked += looking;
@@ -233,8 +234,8 @@ void lm_plan_evolve(lm_search *search) {
   }
 }
 
-/* Number of combinations that the budget of the race allows through all rungs: each rung costs the
- * same, as the runners halve and their budget doubles. */
+/* Number of combinations that the budget of the race permits through all rungs: each rung costs the
+ * same, because the number of combinations halves and their budget doubles. */
 void lm_start_race(lm_search *search) {
   const double budget =
       RACE_SHARE * search->problem.evaluations / (RUNG_SLOPES * lm_slope_charge(&search->problem));
@@ -260,7 +261,7 @@ void lm_start_race(lm_search *search) {
 }
 
 /* Gradient-based and gradient-free solvers alternate, because they stall at different points. If
- * there are no more than are polished anyway, there is no race. */
+ * all of them are polished anyway, there is no race. */
 void lm_plan_race(lm_search *search) {
   int i;
   if (search->runners <= LM_POLISHED / 2) {
@@ -274,9 +275,9 @@ void lm_plan_race(lm_search *search) {
   }
 }
 
-/* A share of the rest of the budget, on as many combinations as it carries: half of it for one
- * objective; with more the extreme points of the front are but a part of the work. Nothing where it
- * is less than a gradient for each task. */
+/* A share of the rest of the budget, for as many combinations as it permits: half of it for one
+ * objective; with more objectives the extreme points of the front are only a part of the work.
+ * Nothing if it is less than a gradient per task. */
 void lm_plan_polish(lm_search *search) {
   const double share = search->problem.objective_count > 1 ? 0.2 : 0.5;
   const int left = (int)((search->problem.evaluations - search->used) * share);

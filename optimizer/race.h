@@ -1,6 +1,7 @@
 /* The stages that find the promising combinations: a screen examines a few points of each,
- * populations over all of them find the regions, a race halves them while it doubles their budget,
- * the last ones are polished. A plan adds tasks to the batch, or none when its stage is over. */
+ * populations over all of them find the promising regions, a race halves their number while it
+ * doubles their budget, and the last ones are polished. A plan adds tasks to the batch, or none
+ * when its stage is over. */
 #ifndef LOSTMOTION_OPTIMIZER_RACE_H
 #define LOSTMOTION_OPTIMIZER_RACE_H
 

@@ -44,8 +44,8 @@ static void join(char path[PATH_MAX_CHARACTERS], const lm_run *run, const char *
   snprintf(path, PATH_MAX_CHARACTERS, "%s/%s", run->folder, name);
 }
 
-/* Files appear whole: written beside and renamed. What a killed search left beside goes; a link
- * that somebody put there is not followed. */
+/* Files are written under a temporary name and renamed. A temporary file of a killed search is
+ * removed; a link in its place is not followed. */
 static FILE *begin_file(const lm_run *run, const char *name) {
   char path[PATH_MAX_CHARACTERS];
   char part[80];
@@ -55,7 +55,7 @@ static FILE *begin_file(const lm_run *run, const char *name) {
   return lm_open_file(path, LM_FILE_CREATE);
 }
 
-/* 1: the file is whole and in its place; otherwise nothing is left of it. */
+/* 1: the file is complete and in its place; otherwise it is removed. */
 static int end_file(const lm_run *run, const char *name, FILE *file, int whole) {
   char path[PATH_MAX_CHARACTERS];
   char from[PATH_MAX_CHARACTERS];
@@ -90,7 +90,7 @@ static lm_status take(lm_run *run, const lm_answer *answer) {
   char text[LM_DECIMAL_MAX];
   lm_progress progress;
   lm_read_progress(run->search, &progress);
-  /* One row a batch: within it the order of the answers is a matter of time. */
+  /* One row per batch: within a batch the order of the answers depends on timing. */
   if (progress.tasks_done != run->written) {
     run->written = progress.tasks_done;
     fprintf(run->history, "%d,%d,", progress.tasks_done, progress.evaluations);
@@ -120,8 +120,8 @@ lm_status lm_take_answer(lm_run *run, const lm_answer *answer) {
 /* --- begin --------------------------------------------------------------------------------------
  */
 
-/* Refuse a folder in which the results would take the place of the spec or, without a journal, of
- * files that no search there wrote. */
+/* Refuse a folder in which the results would replace the spec or, without a journal, files that no
+ * search wrote there. */
 static int check_results(const lm_run *run, const char *spec_name, int resume,
                          char note[LM_NOTE_MAX]) {
   static const char *const names[] = LM_RESULT_NAMES;
@@ -134,7 +134,7 @@ static int check_results(const lm_run *run, const char *spec_name, int resume,
     join(path, run, names[i]);
     if (lm_is_same_file(path, spec_name)) {
       return say(note, LM_EXIT_BAD_INPUT,
-                 "%s: found the spec itself where a result goes, expected another folder", path);
+                 "%s: found the spec under the name of a result, expected another folder", path);
     }
     if (!begun && lm_exists(path)) {
       return say(note, LM_EXIT_BAD_INPUT,
@@ -157,7 +157,7 @@ static int open_journal(lm_run *run, const char *spec, int resume, char note[LM_
     if ((!made && errno != EEXIST) || lm_create_journal(path, spec, &run->journal) != LM_OK) {
       if (errno == EEXIST) {
         return say(note, LM_EXIT_BAD_INPUT,
-                   "%s: found a search that was begun, expected --resume to go on with it or "
+                   "%s: found an existing search, expected --resume to continue it, or "
                    "another folder",
                    path);
       }
@@ -173,8 +173,8 @@ static int open_journal(lm_run *run, const char *spec, int resume, char note[LM_
   status = lm_resume_journal(path, spec, take_old, run, &run->journal, &report);
   if (status == LM_INCONSISTENT) {
     return say(note, LM_EXIT_BAD_INPUT,
-               "%s: found the journal of another spec, expected the one that began it; "
-               "start_from in [search] begins anew with its designs, in another folder",
+               "%s: found the journal of another spec, expected the spec that started it; "
+               "start_from in [search] starts a new search from its designs, in another folder",
                path);
   }
   if (status == LM_OUT_OF_RANGE) {
@@ -192,14 +192,15 @@ static int open_journal(lm_run *run, const char *spec, int resume, char note[LM_
                errno != 0 ? strerror(errno) : "no journal of this build of the program");
   }
   if (report.behind > 0) {
-    return say(note, LM_EXIT_DONE,
-               "%s: damaged after %d answers; %d whole ones behind the damage, and the tasks that "
-               "follow, are done again; as it was, the file is kept with %s behind its name",
-               path, report.answers, report.behind, LM_JOURNAL_DAMAGED);
+    return say(
+        note, LM_EXIT_DONE,
+        "%s: damaged after %d answers; %d complete ones after the damage, and the tasks that "
+        "follow, are repeated; the damaged file is kept with %s appended to its name",
+        path, report.answers, report.behind, LM_JOURNAL_DAMAGED);
   }
   if (report.torn) {
     return say(note, LM_EXIT_DONE,
-               "%s: torn after %d answers; the tasks that follow are done again", path,
+               "%s: incomplete after %d answers; the tasks that follow are repeated", path,
                report.answers);
   }
   return LM_EXIT_DONE;
@@ -337,13 +338,13 @@ static int write_best(lm_run *run, const lm_solution *best, int finished, lm_wor
   return failed;
 }
 
-/* Four digits, the last one up: relaxed by what is reported, a limit holds. */
+/* Four digits, rounded up: a limit that is relaxed by the reported amount holds. */
 static double round_up(double value) {
   const double unit = pow(10, floor(log10(value)) - 3);
   return ceil(value / unit - 1e-9) * unit;
 }
 
-/* Limits that a spec sets, or the others. */
+/* Limits that a spec states, or the others. */
 static void say_relaxed(char note[LM_NOTE_MAX], const double relax[], double module_mm,
                         int set_by_spec, const char *begin) {
   char text[LM_DECIMAL_MAX];
@@ -361,7 +362,7 @@ static void say_relaxed(char note[LM_NOTE_MAX], const double relax[], double mod
   }
 }
 
-/* Why there is no design, and the one that comes nearest. Return 1 when a file cannot be written.
+/* Report why there is no design, and the nearest point. Return 1 if a file cannot be written.
  */
 static int explain(lm_run *run, lm_workspace *workspace, char note[LM_NOTE_MAX]) {
   lm_solution nearest;
@@ -408,7 +409,7 @@ static int explain(lm_run *run, lm_workspace *workspace, char note[LM_NOTE_MAX])
   return !end_file(run, "nearest.csv", file, whole);
 }
 
-/* The history is collected out of sight and appears whole. */
+/* The history is collected in a temporary file and appears complete. */
 static int write_history(lm_run *run) {
   FILE *file = begin_file(run, "history.csv");
   const int whole = !(fflush(run->history) | ferror(run->history)); /* the disk may be full */
@@ -429,7 +430,7 @@ int lm_finish_run(lm_run *run, int status, char note[LM_NOTE_MAX]) {
   lm_solution best;
   FILE *file;
   note[0] = '\0';
-  if (status == LM_EXIT_FAILED) { /* what was found so far is no result; the journal keeps it */
+  if (status == LM_EXIT_FAILED) { /* no result yet; the journal keeps the designs */
     lm_free_workspace(workspace);
     return status;
   }

@@ -7,7 +7,7 @@
 #include "infeasible.h"
 #include "verify.h"
 
-/* A point, and once more with its gap closed. */
+/* A point, and again with its gap closed. */
 static void look(lm_task_state *s, double unit[]) {
   if (lm_evaluate_task_point(s, unit, 0) &&
       lm_close_gap(s->problem, &s->layout, s->combination, s->result, unit)) {
@@ -15,7 +15,8 @@ static void look(lm_task_state *s, double unit[]) {
   }
 }
 
-/* Scattered points: a Sobol net turned by the seed, the shift that closes the gaps put right. */
+/* Scattered points: a Sobol net shifted by the seed, with the shift that closes the gaps adjusted.
+ * */
 static void screen(lm_task_state *s, const lm_task *task) {
   const int points = task->budget / 2 > 0 ? task->budget / 2 : 1;
   uint32_t net[256];
@@ -35,7 +36,7 @@ static void screen(lm_task_state *s, const lm_task *task) {
 }
 
 /* Designs between two optima of neighbouring scalarised objectives are good for the objectives
- * between: points at even distances on the line, each with its gap closed. */
+ * between: equally spaced points on the line, each with its gap closed. */
 static void bridge(lm_task_state *s, const lm_task *task) {
   const int points = task->budget / 2 > 0 ? task->budget / 2 : 1;
   int i;
@@ -65,7 +66,7 @@ lm_status lm_run_task(const lm_problem *problem, const lm_task *task, lm_answer 
   }
   lm_open_task_state(&s, problem, task->combination, task->budget, &task->scalar, answer, workspace,
                      stop);
-  /* which no budget is charged with */
+  /* which is not charged against the budget */
   s.capped = task->kind < LM_TASK_REPAIR;
   switch (task->kind) {
     case LM_TASK_SCREEN:

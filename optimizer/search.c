@@ -12,13 +12,13 @@
 #include "trade_off.h"
 
 #define SETTLE_SLOPES 300    /* gradients for one design; most take a third */
-#define SETTLE_LEAST 40      /* below, a design is left out rather */
+#define SETTLE_LEAST 40      /* with fewer, a design is left out instead */
 #define NEIGHBOUR_WIDTH 0.05 /* of a range, by which a start differs from a design that fails */
-#define SETTLE_PART 0.5      /* of the search's evaluations: most that the solver gets in all */
+#define SETTLE_PART 0.5      /* of the search's evaluations: largest total of the solver */
 #define ROUND_CHARGE 3       /* of a design: grades to the nearest, down, up */
-#define SETTLE_CHECKS 10     /* checks of one design that the solver takes in hand */
-/* Share of a front of whole grades that is left after rounding, to foresee the work; chosen on the
- * shipped and open specs: 0.07 to 0.6 with two objectives, 0.8 with three. */
+#define SETTLE_CHECKS 10     /* checks of one design that the solver continues from */
+/* Share of a front of whole grades that remains after rounding, to estimate the work; chosen on the
+ * specs in the package and of the tests: 0.07 to 0.6 with two objectives, 0.8 with three. */
 #define ROUNDED_OF_TWO 0.2
 #define ROUNDED_OF_MORE 0.8
 #define CHECK_CHARGE 10   /* of a check: its mesh is four times as fine, and there are two */
@@ -34,8 +34,8 @@ const char *lm_fate_name(int fate) {
  * -----------------------------------------------------------------------------------
  */
 
-/* A solver continues from a design, which is kept near where it is: the largest worsening over the
- * objectives is made small. */
+/* A solver continues from a design and stays near it: the largest deterioration over the objectives
+ * is minimised. */
 static lm_task *add_settling(lm_search *search, const lm_solution *found, int budget) {
   lm_task *task = lm_add_task(search, LM_TASK_VERIFY, found->combination, budget, found->unit);
   if (search->problem.objective_count > 1) {
@@ -49,7 +49,7 @@ static lm_task *add_settling(lm_search *search, const lm_solution *found, int bu
   return task;
 }
 
-/* How many designs the solver gets, and of each the evaluations. */
+/* Number of designs for the solver, and of evaluations for each. */
 static int count_settled(const lm_search *search, int *budget) {
   const int charge = lm_slope_charge(&search->problem);
   const int all = (int)(SETTLE_PART * search->problem.evaluations);
@@ -61,7 +61,7 @@ static int count_settled(const lm_search *search, int *budget) {
   return wanted;
 }
 
-/* One task for each design of a list, in as many batches as it takes. */
+/* One task for each design of a list, in as many batches as required. */
 static void plan_each(lm_search *search, int kind, const lm_solution list[], int count,
                       int budget) {
   while (search->verify_cursor < count && search->batch_count < LM_BATCH_MAX) {
@@ -102,7 +102,8 @@ static void plan_settle(lm_search *search) {
   }
 }
 
-/* Nothing holds: from beside the best design, and from the best of other combinations. */
+/* No design holds: from points near the best design, and from the best ones of other combinations.
+ * */
 static void plan_neighbours(lm_search *search) {
   int budget;
   const int wanted = count_settled(search, &budget);
@@ -125,7 +126,7 @@ static int has_grades(const lm_problem *p) {
   return k < p->range_count;
 }
 
-/* The next batch of the verification; none when it is over. */
+/* The next batch of the verification; none at its end. */
 static void plan_verification(lm_search *search) {
   while (search->archive_count > 0 && search->batch_count == 0 &&
          search->verify_step < LM_VERIFY_DONE) {
@@ -160,8 +161,8 @@ static void plan_verification(lm_search *search) {
   }
 }
 
-/* Where nothing keeps all limits, from the combinations that come nearest: what has to give there.
- * Several starts of each where they are few. */
+/* If no design satisfies all limits: the required relaxations, from the nearest combinations.
+ * Several starts of each if they are few. */
 static void plan_repair(lm_search *search) {
   const int screened = lm_rank_screened(search);
   const int most = screened > 0 ? LM_REPAIRED : 0;
@@ -181,7 +182,7 @@ static void plan_repair(lm_search *search) {
  */
 
 /* Share the rest of the budget when a batch requires more: all of it, at least one evaluation
- * for a task. Tasks that are left with none are not done. */
+ * for a task. Tasks without any are not run. */
 static void keep_budget(lm_search *search) {
   int left =
       search->used < search->problem.evaluations ? search->problem.evaluations - search->used : 0;
@@ -207,7 +208,7 @@ static void keep_budget(lm_search *search) {
   }
 }
 
-/* Fill the next batch; leaves it empty when the search has ended. */
+/* Fill the next batch; it remains empty when the search has ended. */
 static void plan(lm_search *search) {
   search->batch_count = 0;
   search->batch_first = search->next_id;
@@ -293,7 +294,7 @@ static void insert_settled(lm_search *search, const lm_solution *found) {
                      found);
 }
 
-/* What a task of the verification takes, in plain evaluations. */
+/* Cost of a task of the verification, in plain evaluations. */
 static int verify_charge(const lm_search *search, const lm_task *task, const lm_answer *answer) {
   const int checks = task->kind == LM_TASK_CONFIRM  ? 1
                      : task->kind == LM_TASK_VERIFY ? SETTLE_CHECKS
@@ -342,7 +343,7 @@ static void reduce_answer(lm_search *search, const lm_task *task, const lm_answe
     lm_insert_solution(p, state->pool, &state->pool_count, LM_POOL_MAX, found);
     improve_state(state, found->objective[0], 0, found->unit);
     if (found->verified) {
-      insert_settled(search, found); /* one to begin with, which stays unless it is bettered */
+      insert_settled(search, found); /* kept unless a better one is found */
     }
   }
   gather_members(search, answer);
@@ -352,7 +353,8 @@ static void reduce_answer(lm_search *search, const lm_task *task, const lm_answe
   }
 }
 
-/* The batch is complete: take the answers in the order of the tasks, then plan what follows. */
+/* The batch is complete: process the answers in the order of the tasks, then plan the next tasks.
+ * */
 static void reduce(lm_search *search) {
   double best = HUGE_VAL;
   int i;
@@ -504,8 +506,7 @@ int lm_read_nearest(const lm_search *search, int *combination, double unit[LM_FR
   return found;
 }
 
-/* What is done and what is to come, in plain evaluations, the answers of the present batch with
- * it. */
+/* Work done and total work, in plain evaluations, including the answers of the present batch. */
 static void foresee_work(const lm_search *search, lm_progress *progress) {
   const int step = search->stage < LM_STAGE_VERIFY    ? LM_VERIFY_ROUND
                    : search->stage == LM_STAGE_VERIFY ? search->verify_step

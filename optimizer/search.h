@@ -5,23 +5,23 @@
  *     for each task, anywhere and in any order:
  *       lm_run_task(&problem, &task, &answer, ...); lm_accept_answer(search, &answer);
  *
- * What follows depends on the answers, never on their order or time: a batch is reduced in the
- * order of its tasks when the last answer is in. So one thread, many, a cluster, and a search fed
- * from a journal end in the same bytes.
+ * The next tasks depend on the answers, never on their order or time: a batch is reduced in the
+ * order of its tasks when the last answer has arrived. Thus one thread, many threads, a cluster,
+ * and a search continued from a journal give the same bytes.
  *
- * Stages: bounds prune combinations without any evaluation; designs to begin with are examined,
- * and join the first population; a screen examines a few points of each; populations over all
- * combinations find the regions worth a visit, and with more than one objective breed from the ends
- * of the front that a local solver finds; a race halves them while it doubles their budget; the
- * last ones are polished; then the budget goes into the trade-off (two objectives: levels of the
- * second one; more: directions) or, for one objective, into restarts (of a few thousand evaluations
- * and more than one objective the populations have all of it instead); where
- * nothing was found that keeps all limits, the combinations that come nearest are repaired; in the
- * end the designs of the front are verified (whole grades, no violation between the angles of the
- * scan and between the tooth phases): all of them with their grades rounded, then a solver
- * continues from the ends and from those that did not hold, with as many evaluations as the search
- * had; where none holds, from their neighbours. Neither repair nor verification is charged to the
- * budget; both are part of the work that lm_progress tells.
+ * Stages: bounds prune combinations without any evaluation; initial designs are examined and join
+ * the first population; a screen examines a few points of each combination; populations over all
+ * combinations find the promising regions, and with more than one objective use the ends of the
+ * front, which a local solver finds, as parents; a race halves the number of combinations while it
+ * doubles their budget; the last ones are polished; then the budget goes into the trade-off (two
+ * objectives: levels of the second one; more: directions) or, for one objective, into restarts
+ * (with a few thousand evaluations and more than one objective the populations have all of it
+ * instead); if no design satisfies all limits, the nearest combinations are repaired; in the end
+ * the designs of the front are verified (whole grades, no violation between the angles of the scan
+ * and between the tooth phases): all of them with their grades rounded, then a solver continues
+ * from the ends and from those that did not hold, with as many evaluations as the search had; if
+ * none holds, from their neighbours. Neither repair nor verification is charged against the budget;
+ * both are part of the work in lm_progress.
  *
  * The continuous part is not convex: "dominated" means that a combination lost the race, not that a
  * bound excludes it. Only "pruned" is a proof.
@@ -46,10 +46,10 @@ typedef struct lm_progress {
   double best_value; /* of the first objective */
   int evaluations;   /* charged so far */
   int budget;
-  double work_done;      /* in plain evaluations, the verification with it */
-  double work_total;     /* as far as it can be foreseen; equal in the end */
+  double work_done;      /* in plain evaluations, including the verification */
+  double work_total;     /* estimated; equal at the end */
   double feasible_share; /* of all evaluations */
-  int refused;           /* evaluations that the model refused or that gave no number */
+  int refused;           /* evaluations that the model refused or without a finite result */
   int tasks_done;
   int fate[LM_FATE_COUNT]; /* combinations by fate; those still in the race count as not reached */
   int front_size;
@@ -63,29 +63,29 @@ void lm_close_search(lm_search *search);
  * of them is answered. */
 int lm_next_tasks(lm_search *search, const lm_task **tasks);
 
-/* Take an answer; one that is not awaited (a repetition) is ignored. LM_NULL, LM_OUT_OF_RANGE (an
- * id of no awaited or answered task, or values that no answer to it has: lm_is_sound_answer). */
+/* Accept an answer; one that is not awaited (a repetition) is ignored. LM_NULL, LM_OUT_OF_RANGE (an
+ * id of no awaited or answered task, or invalid values: lm_is_sound_answer). */
 lm_status lm_accept_answer(lm_search *search, const lm_answer *answer);
 
-/* 1 when the answer to this task is in. */
+/* 1 if this task has its answer. */
 int lm_is_answered(const lm_search *search, int id);
 
 void lm_read_progress(const lm_search *search, lm_progress *progress);
 
-/* Designs none of which is better than another in every objective, rising in the first one; in the
- * end verified ones alone where there are any. Returns their number and writes at most `capacity`.
+/* Designs none of which is better than another in every objective, rising in the first one; at the
+ * end only verified ones, if there are any. Returns their number and writes at most `capacity`.
  */
 int lm_read_front(const lm_search *search, lm_solution front[], int capacity);
 
-/* The design with the smallest first objective; 0 when there is none yet. */
+/* The design with the smallest first objective; 0 if there is none yet. */
 int lm_read_best(const lm_search *search, lm_solution *best);
 
 /* Fate of a combination, and for a pruned one the limit (lm_limit, or -1: no drive can be built).
  */
 int lm_read_fate(const lm_search *search, int combination, int *limit);
 
-/* Of the designs met the one whose limits have to give least, of the repaired ones where there are
- * any; 0 when the model refused every point. For lm_explain_infeasible. */
+/* Of the evaluated points the one with the least relaxation, of the repaired ones if there are any;
+ * 0 if the model refused every point. For lm_explain_infeasible. */
 int lm_read_nearest(const lm_search *search, int *combination, double unit[LM_FREE_MAX],
                     double *violation);
 

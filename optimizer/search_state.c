@@ -4,7 +4,7 @@
 
 #include "archive.h"
 
-/* Number number `which` of the stream of a task, 0 .. 1. */
+/* Random number `which` of the stream of a task, 0 .. 1. */
 double lm_draw_number(const lm_search *search, int id, int which) {
   const uint64_t seed = lm_mix((uint64_t)search->problem.seed ^ lm_mix((uint64_t)id));
   return (double)(lm_mix(seed + (uint64_t)which) >> 11) / 9007199254740992.0;
@@ -48,8 +48,8 @@ int lm_is_ahead(const lm_combination_state *a, const lm_combination_state *b) {
   return a->violation < b->violation;
 }
 
-/* A population also meets points of pruned combinations. They tell how far their limit is from
- * holding, but they do not run. */
+/* A population also evaluates points of pruned combinations. They show how far their limit is from
+ * being satisfied, but they are not in the race. */
 static int may_run(const lm_combination_state *state) {
   return state->screened && state->fate != LM_FATE_PRUNED;
 }
@@ -63,8 +63,8 @@ int lm_count_screened(const lm_search *search) {
   return screened;
 }
 
-/* Shell sort would not keep the order of ties, so a merge by insertion of runs: count is at most
- * LM_COMBINATION_MAX, once a rung. */
+/* A merge by insertion of runs, because Shell sort would not keep the order of ties; count is at
+ * most LM_COMBINATION_MAX, once per rung. */
 void lm_rank(lm_search *search, int count) {
   int i;
   for (i = 1; i < count; i++) {

@@ -1,5 +1,5 @@
-/* State of the search between batches, and requests of the stages; the search's own
- * files alone include this. */
+/* State of the search between batches, and requests of the stages; only the files of the search
+ * include this. */
 #ifndef LOSTMOTION_OPTIMIZER_SEARCH_STATE_H
 #define LOSTMOTION_OPTIMIZER_SEARCH_STATE_H
 
@@ -14,9 +14,9 @@ extern "C" {
 #define LM_BATCH_MAX 256 /* tasks that are out at the same time */
 #define LM_POOL_MAX 8    /* designs kept of each combination */
 #define LM_ARCHIVE_MAX 1024
-#define LM_VERIFIED_MAX 24 /* designs of the front that are solved once more for that */
+#define LM_VERIFIED_MAX 24 /* designs of the front that are solved again for that */
 #define LM_POLISHED 4      /* combinations that are polished */
-#define LM_REPAIRED 8      /* tasks that look for a first design where none was found */
+#define LM_REPAIRED 8      /* tasks that search for a first design if none was found */
 #define LM_ISLANDS_MAX 4
 
 typedef struct lm_combination_state {
@@ -32,8 +32,8 @@ typedef struct lm_combination_state {
   lm_solution pool[LM_POOL_MAX];
 } lm_combination_state;
 
-/* The verification: grades rounded, all checked, a solver from some, and where none holds from
- * their neighbours. */
+/* The verification: grades rounded, all checked, a solver from some, and if none holds from their
+ * neighbours. */
 typedef enum lm_verify_step {
   LM_VERIFY_ROUND = 0,
   LM_VERIFY_CONFIRM,
@@ -81,10 +81,10 @@ struct lm_search {
   lm_solution rounded[LM_ARCHIVE_MAX]; /* the archive with whole grades */
   int rounded_count;
   int verify_step;                         /* lm_verify_step */
-  int verify_cursor;                       /* designs of the step's list that were passed out */
+  int verify_cursor;                       /* designs of the step's list that were distributed */
   unsigned char confirmed[LM_ARCHIVE_MAX]; /* 1: of the rounded designs that hold */
   int verify_used;                         /* charged so far for the verification */
-  int has_nearest; /* what follows is of the design whose limits have to give least, in all */
+  int has_nearest; /* the following members: the design with the least total relaxation */
   int nearest;     /* combination */
   double nearest_slack;
   double nearest_violation;
@@ -94,7 +94,7 @@ struct lm_search {
 /* The random number at place `which` of the stream that belongs to the task `id`, 0 .. 1. */
 double lm_draw_number(const lm_search *search, int id, int which);
 
-/* One more task of the batch, after the first objective alone. */
+/* One more task of the batch, for the first objective alone. */
 lm_task *lm_add_task(lm_search *search, int kind, int combination, int budget, const double unit[]);
 
 /* Move a start by up to `width` of each range. */

@@ -9,14 +9,15 @@
 extern "C" {
 #endif
 
-/* Most evaluations that an answer counts: the largest budget of a spec. */
+/* Largest number of evaluations of an answer: the largest budget of a spec. */
 #define LM_COUNTED_MAX 1000000000
 
 /* 1: every count, combination and point lies in its range, and no value is NaN. `combinations` as
  * by lm_count_combinations(). */
 int lm_is_sound_answer(const lm_problem *problem, int combinations, const lm_answer *answer);
 
-/* a + b, at most LM_COUNTED_MAX, so that a budget more is still an int; both 0 .. LM_COUNTED_MAX.
+/* a + b, at most LM_COUNTED_MAX, so that the sum with another budget is still an int; both 0 ..
+ * LM_COUNTED_MAX.
  */
 int lm_add_count(int a, int b);
 

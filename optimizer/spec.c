@@ -12,12 +12,12 @@
 #define WORDS_MAX (LM_CHOICE_VALUES_MAX + 2)
 #define LINE_MAX_CHARACTERS 2048
 
-/* A line in words. */
+/* A line, split into words. */
 typedef struct statement {
   char line[LINE_MAX_CHARACTERS];
   char *word[WORDS_MAX];
   int count;
-  int cut; /* 1: the line holds more than that */
+  int cut; /* 1: the line has more than that */
 } statement;
 
 #define COUNT(array) ((int)(sizeof(array) / sizeof((array)[0])))
@@ -52,7 +52,7 @@ static int find_name(const char *word, const char *(*name_of)(int)) {
   return -1;
 }
 
-/* A number, or a name of a drive file that stands for one. */
+/* A number, or a name of a drive file that represents one. */
 static int read_number(const char *word, double *value) {
   int name = find_name(word, lm_generator_name);
   if (name < 0) {
@@ -130,7 +130,7 @@ static int *single_integer(lm_problem *p, const char *word) {
   return NULL;
 }
 
-/* 0: not so many values, or no room. */
+/* 0: a different number of values, or no room. */
 static int add_variable(lm_problem *p, const char *kind, int key, const double value[], int count) {
   if (strcmp(kind, "fixed") == 0) {
     p->value[key] = value[0];
@@ -167,7 +167,7 @@ static lm_status read_variable(const statement *s, lm_problem *p, int line, lm_s
     return complain(error, line, "unknown key", s->word[1]);
   }
   if (p->given[key] || p->given[lm_rival_key(key)]) {
-    return complain(error, line, "a second value of what is fixed, varied or chosen", s->word[1]);
+    return complain(error, line, "a second value of a key", s->word[1]);
   }
   for (i = 2; i < s->count; i++) {
     if (!read_number(s->word[i], &value[i])) {
@@ -306,7 +306,7 @@ static lm_status read_ratio(const statement *s, lm_problem *p, int line, lm_spec
   return LM_OK;
 }
 
-/* How far rounding may put a value beyond an end of its range. */
+/* Tolerance for rounding of a value beyond an end of its range. */
 #define ROUNDING 1e-9
 
 /* Place of a value in a choice, or -1. */

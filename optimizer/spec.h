@@ -1,7 +1,7 @@
-/* The search spec as text: one statement a line, "#" begins a comment.
+/* The search spec as text: one statement per line, "#" begins a comment.
  *
- * It is what a spec in TOML says, flattened, with every name resolved; it is stored in the journal
- * and identifies the search.
+ * It is the content of a spec in TOML, flattened, with every name resolved; it is stored in the
+ * journal and identifies the search.
  *
  *   seed 1                                  evaluations 20000
  *   rated_torque_Nm 40                      torque_Nm 1.6            (0: 4 % of rated)
@@ -46,12 +46,12 @@ typedef struct lm_spec_error {
   char text[160]; /* one sentence: what was found, what was expected */
 } lm_spec_error;
 
-/* Read a spec and prepare its problem (lm_prepare_problem). On anything but LM_OK *error says
- * where and why; the problem is of no use. LM_NULL, LM_CORRUPT (a line that is no statement), and
- * what lm_prepare_problem refuses. */
+/* Read a spec and prepare its problem (lm_prepare_problem). If not LM_OK, *error states the place
+ * and the reason, and the problem is invalid. LM_NULL, LM_CORRUPT (a line that is no statement),
+ * and what lm_prepare_problem refuses. */
 lm_status lm_read_spec(const char *text, lm_problem *problem, lm_spec_error *error);
 
-/* FNV-1a of a text: what tells the journal of one spec from another's. */
+/* FNV-1a of a text, which distinguishes the journals of different specs. */
 uint64_t lm_hash_text(const char *text);
 
 #ifdef __cplusplus

@@ -6,7 +6,7 @@
 extern "C" {
 #endif
 
-/* How a combination ended. */
+/* Result for a combination. */
 typedef enum lm_fate {
   LM_FATE_NOT_REACHED = 0, /* the budget did not reach it, or the search was stopped */
   LM_FATE_PRUNED,          /* a limit excludes it before any search */
@@ -21,7 +21,7 @@ typedef enum lm_search_stage {
   LM_STAGE_RACE,
   LM_STAGE_POLISH,
   LM_STAGE_TRADE_OFF, /* trade-off or restarts */
-  LM_STAGE_REPAIR,    /* where nothing was found that keeps all limits */
+  LM_STAGE_REPAIR,    /* if no design satisfies all limits */
   LM_STAGE_VERIFY,
   LM_STAGE_DONE
 } lm_search_stage;

@@ -5,10 +5,10 @@
 
 #include "lostmotion/checks.h"
 
-/* Limits beyond this many are left out of the subproblem unless they come near. */
+/* Number of limits from which only those that are nearly active are in the subproblem. */
 #define NEAR_GAP_ARCMIN 2.0
 
-/* One run of SLSQP ends after about 15 gradients; where it does not, a kink keeps it from ending.
+/* One run of SLSQP ends after about 15 gradients, unless a kink prevents this.
  */
 #define SLSQP_EVALUATIONS 80
 
@@ -123,10 +123,11 @@ static int branch_count(const lm_task_state *s) {
   return count;
 }
 
-/* SLSQP walks along the gaps a little beyond their limit, so that for long nothing it meets is a
- * design. A point that breaks nothing further than its gaps becomes one when they are closed: a
- * plain evaluation beside one with derivatives, where it promises a better value. The solver
- * continues from its own point. Without a range that closes gaps the point stays, and is known. */
+/* SLSQP moves along the gaps slightly beyond their limit, so for a long time none of its points is
+ * feasible. A point whose largest violation is that of its gaps becomes feasible when they are
+ * closed: a plain evaluation in addition to one with derivatives, made if a better value is
+ * possible. The solver continues from its own point. Without a range that closes gaps the point is
+ * unchanged and already evaluated. */
 static void look_closed(lm_task_state *s) {
   const double value = s->value;
   const double violation = s->violation;

@@ -1,4 +1,4 @@
-/* The subproblem that a local solver gets, and its runs. */
+/* The subproblem of a local solver, and its runs. */
 #ifndef LOSTMOTION_OPTIMIZER_SUBPROBLEM_H
 #define LOSTMOTION_OPTIMIZER_SUBPROBLEM_H
 
@@ -28,12 +28,12 @@ int lm_limit_of_row(const lm_task_state *s, int row);
 /* The point of a solver's variables. */
 void lm_spread_unit(const lm_task_state *s, const double x[], double unit[]);
 
-/* Create NLopt's optimizer in s->running. Return 0 when there is no memory for it: nothing of NLopt
- * takes the null pointer that is left. */
+/* Create NLopt's optimizer in s->running. Return 0 if there is no memory for it: NLopt's functions
+ * do not accept the null pointer. */
 int lm_open_solver(lm_task_state *s, nlopt_algorithm algorithm, unsigned variables);
 
-/* Run s->running from x and destroy it. prepared: the result of those calls that allocate memory in
- * it; negative: it is not run. */
+/* Run s->running from x and destroy it. prepared: the result of the calls that allocate memory in
+ * it; if negative, it is not run. */
 void lm_run_solver(lm_task_state *s, nlopt_result prepared, double x[]);
 
 /* Gradients, on the epigraph of the scalarised objective. */

@@ -17,7 +17,7 @@ extern "C" {
 /* Value and violation of a point that the model refuses. */
 #define LM_REFUSED 1e3
 
-/* Designs that one task reports besides its best. */
+/* Largest number of designs that a task reports besides its best one. */
 #define LM_SOLUTION_MAX 96
 
 /* Population of an evolving task. */
@@ -47,9 +47,9 @@ typedef enum lm_task_kind {
   LM_TASK_COBYLA,      /* no gradients, largest limits of each group */
   LM_TASK_ISRES,       /* population of 60 */
   LM_TASK_EVOLVE,      /* a population over all combinations */
-  LM_TASK_EVALUATE,    /* the start alone; where it breaks a limit, with its gap closed, too */
+  LM_TASK_EVALUATE,    /* only the start; if it violates a limit, also with its gap closed */
   LM_TASK_INTERPOLATE, /* points between two designs of one combination, gaps closed */
-  LM_TASK_REPAIR,      /* the point whose limits have to give least; improved where none has to */
+  LM_TASK_REPAIR,      /* the point with the least relaxation; improved if none is required */
   LM_TASK_ROUND,       /* the start with its grades to the nearest, all down and all up */
   LM_TASK_CONFIRM,     /* the start, its gap opened, checked as the certificate does */
   LM_TASK_VERIFY       /* whole grades, no violation between the angles of the scan */
@@ -74,13 +74,13 @@ typedef struct lm_answer {
   int computed;       /* 1: unit and what follows hold a design */
   int plain;          /* evaluations without */
   int slopes;         /* and with derivatives */
-  int tolerance_only; /* at other tolerances of what was evaluated */
-  int refused;        /* of the first two, that the model refused or that gave no number */
-  int feasible;       /* of the first two, that broke no limit */
+  int tolerance_only; /* at other tolerances of evaluated designs */
+  int refused;        /* of the first two, that the model refused or without a finite result */
+  int feasible;       /* of the first two, that violated no limit */
   int solution_count;
   int member_count;
-  double value; /* of the scalarised objective; of LM_TASK_REPAIR without a design what its limits
-                   cost */
+  double value; /* of the scalarised objective; for LM_TASK_REPAIR without a design, the cost of the
+  relaxations */
   double violation;
   double unit[LM_FREE_MAX];
   double figure[LM_FIGURE_COUNT];
@@ -92,7 +92,7 @@ typedef struct lm_answer {
 /* Charge of an answer against the budget. */
 int lm_charge_of(const lm_problem *problem, const lm_answer *answer);
 
-/* The scalarised objective that makes the first objective small. */
+/* The scalarised objective that is the first objective. */
 void lm_scalarise_first(lm_scalarisation *scalar);
 
 /* Value of a scalarised objective at given objectives; bounds of the scalarised objective are not

@@ -1,5 +1,5 @@
-/* Working state of one task: evaluated points with a cache of the last one. The files that carry
- * out tasks alone include this. */
+/* Working state of one task: evaluated points with a cache of the last one. Only the files that run
+ * tasks include this. */
 #ifndef LOSTMOTION_OPTIMIZER_TASK_STATE_H
 #define LOSTMOTION_OPTIMIZER_TASK_STATE_H
 
@@ -14,7 +14,7 @@ extern "C" {
 
 #define LM_ROW_MAX (LM_RESULT_MAX + LM_BRANCH_MAX)
 
-/* Everything one task works on. */
+/* All data of one task. */
 typedef struct lm_task_state {
   const lm_problem *problem;
   const volatile int *stop;
@@ -25,10 +25,10 @@ typedef struct lm_task_state {
   lm_layout layout;
   int combination;
   int left;   /* budget */
-  int capped; /* 1: an evaluation that is not left of it is not done */
+  int capped; /* 1: no evaluation beyond it */
   int interrupted;
-  int out_of_memory; /* NLopt: the task has no answer */
-  int closes;        /* 1: SLSQP examines points that break their gaps with these closed, too */
+  int out_of_memory; /* error of NLopt: the task has no answer */
+  int closes;        /* 1: SLSQP also examines points that violate their gaps with these closed */
   nlopt_opt running;
   /* variables that the lm_task_state may move, as indices of ranges */
   int moving[LM_FREE_MAX];

@@ -4,18 +4,18 @@
 
 #define BRIDGE_CHARGE 6 /* of three points between two designs */
 #define BRIDGES_MAX 6   /* of one round of the trade-off */
-#define OTHER_SHARE 0.3 /* of the levels: a second combination is tried there */
+#define OTHER_SHARE 0.3 /* of the levels at which a second combination is tried */
 #define LEVEL_SLOPES 15 /* gradients for one level; warm starts need no more */
-#define END_SLOPES 30   /* gradients for an end of the front, which lies further away */
-#define ENDS_PART 0.1   /* of the budget: most that all ends get at a time */
-#define LOOK_CHARGE 2   /* of a carried design: itself, and with its gap closed */
+#define END_SLOPES 30   /* gradients for an end of the front, which is further away */
+#define ENDS_PART 0.1   /* largest share of the budget for all ends at a time */
+#define LOOK_CHARGE 2   /* of a transferred design: unchanged, and with its gap closed */
 #define LEVELS_MAX 12   /* of one round of the trade-off */
 #define QUIET_ROUNDS 4  /* restarts without a better design before the search ends early */
 
 /* --- restarts of one objective ------------------------------------------------------------------
  */
 
-/* A combination to try: mostly the best ones, now and then any that was screened. */
+/* A combination to try: mostly one of the best, sometimes any that was screened. */
 static int pick_combination(const lm_search *search, int id) {
   const int screened = lm_count_screened(search);
   int i;
@@ -159,8 +159,8 @@ static double gap_level(const lm_search *search, const lm_scalarisation *scalar,
   return level;
 }
 
-/* Two objectives: the second one bounded at a level, the first one made small; every sixth task
- * makes the second one small. */
+/* Two objectives: the second one bounded at a level, the first one minimised; every sixth task
+ * minimises the second one. */
 static void make_level(const lm_search *search, int level, int levels, lm_scalarisation *scalar) {
   double low;
   double high;
@@ -201,8 +201,8 @@ static void make_scalarisation(lm_search *search, int level, int levels, lm_scal
   search->scalarisations++;
 }
 
-/* Of many objectives and variables the ends would take half of a small budget, and what lies
- * between them is most of the front. */
+/* With many objectives and variables the ends would use half of a small budget, although most of
+ * the front is between them. */
 static int end_budget(const lm_search *search) {
   const int charge = lm_slope_charge(&search->problem);
   const int part = (int)(ENDS_PART * search->problem.evaluations / search->problem.objective_count);
@@ -212,8 +212,8 @@ static int end_budget(const lm_search *search) {
   return part < END_SLOPES * charge ? part : END_SLOPES * charge;
 }
 
-/* An objective alone. In shares of the front: SLSQP's first steps are as long as the slopes, and
- * those of a compliance in its own unit are a thousandth. */
+/* A single objective, scaled by the width of the front: SLSQP's first steps are as long as the
+ * slopes, and those of a compliance in its own unit are a thousandth. */
 static void scalarise_end(const lm_search *search, int objective, lm_scalarisation *scalar) {
   lm_scalarise_first(scalar);
   lm_scale_objectives(search, scalar);
@@ -221,8 +221,8 @@ static void scalarise_end(const lm_search *search, int objective, lm_scalarisati
   scalar->weight[objective] = 1;
 }
 
-/* Combinations in their order of rank, so that where the part of the budget ends those that are far
- * behind are left out. */
+/* Combinations in the order of their rank, so that the worst are left out if the budget is not
+ * sufficient. */
 int lm_add_end_looks(lm_search *search, double share) {
   const int ranked = lm_rank_screened(search);
   const int objectives = search->problem.objective_count;
@@ -261,7 +261,7 @@ void lm_add_extreme_points(lm_search *search) {
   }
 }
 
-/* The steps of the front with the largest area at stake, where both ends are designs of one
+/* The steps of the front with the largest possible gain in area, if both ends are designs of one
  * combination. */
 void lm_add_interpolations(lm_search *search) {
   unsigned char bridged[LM_ARCHIVE_MAX] = {0};
@@ -291,7 +291,7 @@ void lm_add_interpolations(lm_search *search) {
   }
 }
 
-/* Without any feasible design yet: restarts until one is met. */
+/* Without any feasible design yet: restarts until one is found. */
 void lm_plan_front(lm_search *search) {
   const int charge = LEVEL_SLOPES * lm_slope_charge(&search->problem);
   const int left = search->problem.evaluations - search->used;
@@ -327,7 +327,7 @@ void lm_plan_front(lm_search *search) {
     if (lm_draw_number(search, task->id, 6) < 0.1) {
       lm_disturb(search, task, 0.1);
     }
-    /* at the end of an axis always: another combination may reach further */
+    /* always at the end of an axis: another combination may reach further */
     other = scalar.weight[0] == 0 || lm_draw_number(search, search->next_id, 7) < OTHER_SHARE
                 ? best_other(search, &scalar, start->combination)
                 : NULL;

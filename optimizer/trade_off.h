@@ -12,18 +12,18 @@ extern "C" {
 
 void lm_plan_restarts(lm_search *search);
 
-/* Restarts, too, as long as no feasible design is met. */
+/* Also restarts, as long as no feasible design is found. */
 void lm_plan_front(lm_search *search);
 
 /* Tasks for the extreme point of every axis, each from the best kept design; there must be one. */
 void lm_add_extreme_points(lm_search *search);
 
-/* Evaluates the ends of the front with every other open combination, whose own end may be better:
- * the design at the end, carried over, with its gap closed; for so large a share of the budget.
- * Their number. */
+/* Evaluates the ends of the front with every other open combination, whose end may be better: the
+ * design at the end, transferred, with its gap closed; within this share of the budget. Returns the
+ * number of tasks. */
 int lm_add_end_looks(lm_search *search, double share);
 
-/* Tasks between neighbours of a front of two objectives, where both are of one combination. */
+/* Tasks between neighbours of a front of two objectives, if both are of one combination. */
 void lm_add_interpolations(lm_search *search);
 
 /* Origin and scale of a scalarised objective by the extreme points of the front. */

@@ -31,7 +31,7 @@ static int find_gap(lm_task_state *s, const double unit[], int nodes, int steps,
   return 1;
 }
 
-/* The answer is to be of another scan or of other phases: what held there need not hold here. */
+/* The answer is for another scan or other phases: limits that held before may not hold now. */
 static void begin_anew(lm_task_state *s) {
   lm_lay_out(s->problem, &s->scan, &s->layout);
   s->known = 0;
@@ -39,9 +39,8 @@ static void begin_anew(lm_task_state *s) {
   s->answer->solution_count = 0;
 }
 
-/* Where the teeth part, a gap may be smallest at the end of the overlap, which moves with the
- * design: no angle of a scan holds it. What is missing there is made up by the shift that opens all
- * gaps equally. */
+/* A gap may be smallest at the end of the overlap, which moves with the design and is not at an
+ * angle of the scan. A violation there is corrected by the shift that opens all gaps equally. */
 static void open_fine_gap(lm_task_state *s) {
   int round;
   for (round = 0; round < 4 && s->answer->computed && !s->interrupted; round++) {
@@ -60,7 +59,7 @@ static void open_fine_gap(lm_task_state *s) {
   }
 }
 
-/* Whether a figure has a limit that depends on the tooth phase: all but stress and cost do. */
+/* Whether a figure has a limit that depends on the tooth phase: all except stress and cost do. */
 static int limits_phases(const lm_problem *p) {
   int figure = 0;
   while (figure < LM_FIGURE_STRESS && !(p->bounds.figure_max[figure] > 0)) {
@@ -107,8 +106,8 @@ static int holds_between(lm_task_state *s, const double unit[]) {
          holds_at_fine_phases(s, unit);
 }
 
-/* Solve, then look between the angles of the scan; where a gap is too small there, that angle joins
- * the scan: the exchange method for limits that hold along a line. A verification solves four times
+/* Solve, then check between the angles of the scan; if a gap is too small there, that angle is
+ * added to the scan: the exchange method for semi-infinite limits. A verification solves four times
  * at most, so the default scan and four times the rounds are within LM_ANGLE_MAX. */
 static void solve_exactly(lm_task_state *s, const double start[]) {
   int round;
@@ -131,7 +130,7 @@ static void solve_exactly(lm_task_state *s, const double start[]) {
   open_fine_gap(s);
 }
 
-/* Where the answer breaks a limit between the phases, continue at those of the certificate. */
+/* If the answer violates a limit between the phases, continue at those of the certificate. */
 static void keep_fine_limits(lm_task_state *s) {
   double unit[LM_FREE_MAX];
   if (!s->answer->computed || holds_at_fine_phases(s, s->answer->unit)) {
@@ -144,7 +143,7 @@ static void keep_fine_limits(lm_task_state *s) {
   solve_exactly(s, unit);
 }
 
-/* The answer at the search's own phases, as all other designs of the front have their figures. */
+/* The answer at the phases of the search, like the figures of all other designs of the front. */
 static void measure_as_searched(lm_task_state *s, const lm_problem *stated, int nodes) {
   double unit[LM_FREE_MAX];
   if (s->problem == stated) {
@@ -189,7 +188,7 @@ void lm_mark_verified(lm_task_state *s) {
   }
 }
 
-/* The answer's design, where it holds as the certificate asks. */
+/* The design of the answer, if it satisfies the certificate. */
 static void keep_verified(lm_task_state *s) {
   double objective[LM_OBJECTIVE_MAX] = {0};
   int i;
@@ -259,7 +258,7 @@ void lm_verify_design(lm_task_state *s, const lm_task *task) {
   }
   keep_fine_limits(s);
   measure_as_searched(s, p, nodes);
-  /* Only the verified design counts: the others still have broken grades. */
+  /* Only the verified design counts: the others still have fractional grades. */
   s->answer->solution_count = 0;
   keep_verified(s);
 }

@@ -15,17 +15,18 @@ extern "C" {
  * of figures at the phases of the certificate. */
 void lm_verify_design(lm_task_state *s, const lm_task *task);
 
-/* The design with its grades to the nearest, all down and all up, examined as a search does. */
+/* The design with its grades rounded to the nearest, all down and all up, evaluated as in the
+ * search. */
 void lm_round_design(lm_task_state *s, const lm_task *task);
 
-/* The design as it is, or with its gap opened where it lacks between the angles of the scan: kept
- * where it holds there and between the phases. */
+/* The design unchanged, or with its gap opened if it is too small between the angles of the scan:
+ * kept if it holds there and between the phases. */
 void lm_confirm_design(lm_task_state *s, const lm_task *task);
 
-/* Whether every range that ends in whole values has one. */
+/* Whether every integer range has an integer value. */
 int lm_has_whole_grades(const lm_problem *p, const double unit[]);
 
-/* Designs of the answer that need none of that are marked as verified. */
+/* Designs of the answer that need no verification are marked as verified. */
 void lm_mark_verified(lm_task_state *s);
 
 #ifdef __cplusplus

@@ -12,7 +12,7 @@ struct lm_workspace {
   double value[LM_KEY_COUNT];
   lm_gapless gapless[LM_PHASE_MAX];
   void *dual; /* of derivatives.cpp */
-  /* of the task that is carried out (task_state.h) */
+  /* of the running task (task_state.h) */
   double task_result[LM_RESULT_MAX];
   double task_slope[LM_RESULT_MAX * LM_FREE_MAX];
   lm_problem finer; /* the task's problem at the phases of the certificate */
@@ -25,7 +25,7 @@ extern "C" {
 /* Size of what `dual` points to. */
 size_t lm_dual_workspace_size(void);
 
-/* lm_evaluate_slopes in derivatives.cpp; *input names what was refused. */
+/* lm_evaluate_slopes in derivatives.cpp; *input names the refused input. */
 int lm_dual_evaluate(const lm_problem *problem, const lm_scan *scan, const lm_layout *layout,
                      int combination, const double unit[], double result[], double slope[],
                      void *workspace, const char **input);

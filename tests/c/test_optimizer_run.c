@@ -180,7 +180,7 @@ static void test_a_stopped_run_goes_on_to_the_same_bytes(void) {
   /* a torn end is reported and mended */
   tear_journal(9);
   TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, open_here(small_spec, 1));
-  assert_noted("torn after");
+  assert_noted("incomplete after");
   TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, work_and_finish(0, &stop));
   for (i = 0; i < 4; i++) {
     char *again = content(names[i]);

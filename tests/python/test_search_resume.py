@@ -156,7 +156,7 @@ def test_a_second_process_is_refused_and_the_first_loses_nothing(
         assert main(["design", str(spec), "-o", str(tmp_path / "run"), "--resume", "-q"]) == 2
         assert f"journal.bin: {IN_USE}\n" in capsys.readouterr().err
         assert main(["design", str(spec), "-o", str(tmp_path / "run"), "-q"]) == 2
-        assert "found a search that was begun, expected --resume" in capsys.readouterr().err
+        assert "found an existing search, expected --resume" in capsys.readouterr().err
         assert {path.name: path.read_bytes() for path in (tmp_path / "run").iterdir()} == before
     finally:
         process.send_signal(signal.SIGCONT)
@@ -280,7 +280,7 @@ def test_a_torn_journal_is_mended_and_told(
     journal = tmp_path / "run" / "journal.bin"
     os.truncate(journal, journal.stat().st_size - 11)
     assert main(["design", str(spec), "-o", str(tmp_path / "run"), "--resume"]) == 0
-    assert "; the tasks that follow are done again" in capsys.readouterr().err
+    assert "; the tasks that follow are repeated" in capsys.readouterr().err
     assert left_by(tmp_path / "run") == expected
 
 
@@ -297,7 +297,7 @@ def test_a_journal_damaged_in_its_midst_is_kept_told_and_done_again(
     journal.write_bytes(data)
     assert main(["design", str(spec), "-o", str(tmp_path / "run"), "--resume"]) == 0
     said = capsys.readouterr().err
-    assert re.search(r"damaged after \d+ answers; \d+ whole ones behind the damage", said)
+    assert re.search(r"damaged after \d+ answers; \d+ complete ones after the damage", said)
     kept = tmp_path / "run" / "journal.bin.damaged"
     assert kept.read_bytes() == bytes(data)
     kept.unlink()
@@ -319,7 +319,7 @@ def test_the_journal_of_another_spec_is_refused(
     )
     told = capsys.readouterr().err
     assert "found the journal of another spec" in told
-    assert "start_from in [search] begins anew with its designs" in told
+    assert "start_from in [search] starts a new search from its designs" in told
     assert {path.name: path.read_bytes() for path in (tmp_path / "run").iterdir()} == before
 
 

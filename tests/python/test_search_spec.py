@@ -214,7 +214,7 @@ def test_a_spec_among_the_names_of_the_results_is_kept(
     text = format_spec(small_spec)
     Path("best.toml").write_text(text)
     assert main(["design", "best.toml", "-o", ".", "-q"]) == 2
-    said = "lostmotion: ./best.toml: found the spec itself where a result goes, expected another"
+    said = "lostmotion: ./best.toml: found the spec under the name of a result, expected another"
     assert capsys.readouterr().err.startswith(said)
     Path("spec.toml").write_text(text)
     assert main(["design", "spec.toml", "-o", ".", "-q"]) == 2
