@@ -23,7 +23,7 @@ static float draw(uint32_t *seed) {
   return (float)(int32_t)(*seed >> 8) * (1.0f / 8388608.0f) - 1.0f;
 }
 
-/* A sum of three uniform numbers has variance 1: close enough to sensor noise. */
+/* A sum of three uniform numbers has variance 1 and is sufficiently similar to sensor noise. */
 static float draw_noise(uint32_t *seed) {
   return draw(seed) + draw(seed) + draw(seed);
 }

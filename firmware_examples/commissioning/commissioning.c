@@ -13,35 +13,35 @@
 #define SHAKE_CYCLES 5
 #define SHAKE_RAMP_CYCLES 2
 #define SWEEP_TONES 24
-#define SWEEP_STEP 1.08f /* from tone to tone; a resonance of Q 12 is as wide */
+#define SWEEP_STEP 1.08f /* from tone to tone: the width of a resonance of Q 12 */
 #define SWEEP_FIRST 2.0f /* first tone over ringing_Hz, which is a fifth of the resonance */
 #define SWEEP_CYCLES 8
 #define SWEEP_RAMP_CYCLES 4
 #define SWEEP_RAD_S2 0.5f
 #define SWEEP_RAD 1e-4f
 
-/* What is judged. Each stands half-way, in its measure, between sound and the mildest fault that is
- * meant. */
+/* Thresholds of the checks. Each is half-way, in its own measure, between a sound axis and the
+ * mildest fault to be detected. */
 #define PERIOD_SHARE 0.02f     /* mean; crystals are within 1e-4, a wrong divider is off by 2 */
 #define PERIOD_ONE 0.5f        /* any one tick, as LM_STATE_PERIOD_WRONG */
 #define NOISE_SHARE (1.0f / 3) /* of the acceleration limit, as lostmotion export allows */
 #define STUCK_SHARE 0.5f       /* 1 is sound, 0 is not */
-#define INPUT_SHARE 0.02f      /* of the travel: more than any position loop leaves at rest */
-#define OUTPUT_LOOP_SHARE 0.5f /* 0: the motor is where it is commanded; 1: the output does */
+#define INPUT_SHARE 0.02f      /* of the travel: more than the error of any position loop at rest */
+#define OUTPUT_LOOP_SHARE 0.5f /* 0: the motor follows the command; 1: the output does */
 #define OUTPUT_STUCK_SHARE 0.1f
 #define TORQUE_STUCK_SHARE 0.02f /* model over measured */
-#define TORQUE_LEAST 0.25f       /* the same: at light load a data sheet is off by up to 3 */
+#define TORQUE_LEAST 0.25f       /* the same: at light load a data sheet is wrong by up to 3 */
 #define TORQUE_MOST 2.0f
 #define LATE_TANGENT 0.7f   /* of the phase: 35 degrees */
-#define HEADROOM_SHARE 0.5f /* of the lost motion's swing that the correction may miss */
+#define HEADROOM_SHARE 0.5f /* of the swing of the lost motion that may remain uncorrected */
 #define PATH_LEAST 0.5f
 #define PATH_MOST 1.5f
 #define LOOP_GAIN 0.7f /* of the loop through the torque; it rings at 1 */
 #define RUSH_SHARE 0.5f
 #define RUSH_AFTER_S 0.5f   /* after that any position loop has followed */
 #define RUSH_MOST_S 1.0f    /* for a fifth of the correction: slower, it lags behind any motion */
-#define SEEN_FRICTIONS 2.0f /* of the motor: less is not told from them in its current */
-#define SEEN_NOISES 4.0f    /* a swing of so many noise_rad is told from noise */
+#define SEEN_FRICTIONS 2.0f /* of the motor: less cannot be separated from it in the current */
+#define SEEN_NOISES 4.0f    /* a swing of this multiple of noise_rad is separated from noise */
 
 enum { STAND, TRAVEL, SHAKE, PATH, SWEEP, RUSH, OVER };
 
@@ -58,7 +58,7 @@ static int within(float value, float low, float high) {
   return value >= low && value <= high;
 }
 
-/* Whether it was stated (LM_UNKNOWN). */
+/* Whether a value was stated (not LM_UNKNOWN). */
 static int known(float value) {
   return within(value, -1e12f, 1e12f);
 }
@@ -150,8 +150,8 @@ void commissioning_abort(commissioning *run) {
 
 /* --- motions --- */
 
-/* From 0 to 1 in a unit of time, at rest at both ends: place, speed, acceleration. The greatest
- * speed is 1.875, the greatest acceleration 5.7735. */
+/* From 0 to 1 in a unit of time, at rest at both ends: position, velocity, acceleration. The
+ * largest velocity is 1.875, the largest acceleration 5.7735. */
 typedef struct way {
   float place, speed, change;
 } way;
@@ -209,8 +209,8 @@ static float phase_of(const tone *t, int32_t tick) {
   return 2 * PI * (float)(tick % t->cycle) / (float)t->cycle;
 }
 
-/* Place, velocity and acceleration of the tone of amplitude 1: the envelope's own derivatives
- * included. */
+/* Position, velocity and acceleration of the tone of amplitude 1, including the derivatives of its
+ * envelope. */
 static way sound(const tone *t, float period_s, int32_t tick) {
   float phase = phase_of(t, tick);
   float s = sine(phase);
@@ -245,7 +245,7 @@ static float amplitude(const commissioning *run, int k) {
   return square_root(a * a + b * b);
 }
 
-/* --- what the host measures, from where the axis stood --- */
+/* --- measurements of the host, relative to the initial position --- */
 
 static float motor_rad(const commissioning *run, const commissioning_input *now) {
   return (now->input_angle_rad - run->input_start_rad) / run->set.ratio;
@@ -259,9 +259,9 @@ static float noise_rad(const commissioning *run) {
   return run->set.parameters->watch.noise_rad;
 }
 
-/* --- stages: each tick, and the judgement at the end --- */
+/* --- stages: each tick, and the check at the end --- */
 
-/* Time that the limits and the headroom leave for a fifth of the largest correction. */
+/* Time for a fifth of the largest correction within the limits and the headroom. */
 static float rush_seconds(const commissioning *run) {
   const lm_limits *limits = &run->set.parameters->limits;
   const lm_headroom *room = &run->set.headroom;
@@ -335,8 +335,8 @@ static void stand(commissioning *run, const commissioning_input *now, const lm_c
   }
 }
 
-/* What of four values at the stops varies with the load: without their mean, and without the part
- * that changes sign with the direction the stop was reached from, as friction does. */
+/* Part of four values at the stops that varies with the load: without their mean, and without the
+ * part that, like friction, changes sign with the direction of approach. */
 static void leave_load(float value[COMMISSIONING_STOPS]) {
   static const float direction[COMMISSIONING_STOPS] = {1, -1, -1, 1};
   float mean = 0;
@@ -351,8 +351,8 @@ static void leave_load(float value[COMMISSIONING_STOPS]) {
   }
 }
 
-/* Where the loop closes on the output, or the drive compensates already, the motor leaves its
- * command by what the lost motion is, and the output does not. */
+/* If the loop closes on the output, or the drive already compensates, the motor deviates from its
+ * command by the lost motion, and the output does not. */
 static void judge_loop(commissioning *run) {
   float lost_rad[COMMISSIONING_STOPS];
   float off_rad[COMMISSIONING_STOPS];
@@ -384,7 +384,7 @@ static void judge_loop(commissioning *run) {
 static void judge_ratio(commissioning *run) {
   float input_rad = run->at_input[0] - run->at_input[2];
   float out_rad = run->at_output[0] - run->at_output[2];
-  float tooth_rad = size(input_rad / run->set.ratio); /* by which a ratio off by 1 shows */
+  float tooth_rad = size(input_rad / run->set.ratio); /* an error of 1 in the ratio */
   float lost_rad = 2 * size(run->at_model[0] - run->at_model[2]) + SEEN_NOISES * noise_rad(run);
   float limit_rad = tooth_rad / 2;
   if (limit_rad < lost_rad) {
@@ -448,7 +448,7 @@ static void travel(commissioning *run, const commissioning_input *now, const lm_
   }
 }
 
-/* Signal k over signal 0, as the part in phase and the part that is late. */
+/* Signal k relative to signal 0, as the parts in phase and delayed by a quarter period. */
 static commissioning_finding judge_torque(commissioning *run, int k) {
   const float *a = &run->sum[0];
   const float *b = &run->sum[2 * k];
@@ -470,8 +470,8 @@ static commissioning_finding judge_torque(commissioning *run, int k) {
                                                  : COMMISSIONING_TORQUE_SCALE;
 }
 
-/* Signal 0 is the lost motion that was measured, or without an encoder at the output the torque by
- * the motor's current; 1 the model's lost motion; 2 the torque that was passed; 3 the error of the
+/* Signal 0 is the measured lost motion or, without an output encoder, the torque from the motor
+ * current; 1 the lost motion of the model; 2 the torque passed to the model; 3 the error of the
  * correction. */
 static void judge_shake(commissioning *run) {
   commissioning_finding finding = COMMISSIONING_RUNNING;
@@ -491,7 +491,7 @@ static void judge_shake(commissioning *run) {
   } else {
     run->unchecked |= COMMISSIONING_UNCHECKED_TORQUE;
   }
-  if (finding == COMMISSIONING_RUNNING && run->part) { /* the shadow rang: it follows no more */
+  if (finding == COMMISSIONING_RUNNING && run->part) { /* it rang and no longer follows */
     finding = COMMISSIONING_TORQUE_NOISE;
   }
   if (finding == COMMISSIONING_RUNNING && model_rad > seen_rad &&
@@ -570,8 +570,8 @@ static void path(commissioning *run, const commissioning_input *now, commissioni
   }
 }
 
-/* Share of a swing of the target that the correction follows: three stages of 1, 4 and 16 times the
- * response (compensator.h). */
+/* Gain of the correction at a swing of the target: three stages of 1, 4 and 16 times the response
+ * (compensator.h). */
 static float followed_share(float rate_per_s, float response_per_s) {
   float share = 1;
   int i;
@@ -671,7 +671,7 @@ static void take_start(commissioning *run, const commissioning_input *now) {
   }
 }
 
-/* What ends a run in any stage. */
+/* Faults that end a run in any stage. */
 static void guard(commissioning *run, const commissioning_input *now) {
   if (!known(now->input_angle_rad) || !known(now->reported_rad) ||
       !known(now->conditions.torque_Nm) || !known(now->elapsed_s) ||

@@ -86,7 +86,7 @@ typedef enum commissioning_finding {
 
 typedef struct commissioning_settings {
   const lm_parameters *parameters;
-  lm_headroom headroom;   /* left for the correction during the host's fastest motion */
+  lm_headroom headroom;   /* available for the correction during the host's fastest motion */
   float ratio;            /* signed: motor turns per output turn, 1 to 1000 in magnitude */
   float travel_rad;       /* of the output, 1e-3 to 1 */
   float shake_rad;        /* at most travel_rad */
@@ -98,25 +98,24 @@ typedef struct commissioning_settings {
   float follow_bound_rad; /* > 0 */
 } commissioning_settings;
 
-/* What the host has measured in this tick. LM_UNKNOWN: not measured, where
- * allowed. */
+/* Measurements of the host in this tick. LM_UNKNOWN: not measured, where permitted. */
 typedef struct commissioning_input {
   float elapsed_s;        /* since the previous tick, by a clock independent of the tick */
   float input_angle_rad;  /* motor's encoder, not divided by the ratio, not wrapped */
   float output_angle_rad; /* encoder at the output, not wrapped; LM_UNKNOWN */
   float reported_rad;     /* output angle that the host reports: input / ratio - correction */
-  float motor_torque_Nm;  /* external torque by the motor's current (lm_estimate_torque); LM_UNKNOWN
-                           * where  there is none or where conditions.torque_Nm is that itself */
-  lm_conditions conditions; /* that the host passes to the compensator */
+  float motor_torque_Nm;  /* external torque from the motor current (lm_estimate_torque); LM_UNKNOWN
+  if there is none, or if it is conditions.torque_Nm */
+  lm_conditions conditions; /* as the host passes them to the compensator */
 } commissioning_input;
 
-/* What the host does in this tick. */
+/* Outputs for the host in this tick. */
 typedef struct commissioning_output {
   float command_rad; /* output angle, absolute as reported_rad */
   float velocity_rad_s;
   float acceleration_rad_s2;
-  lm_correction correction; /* in the place of the compensator's: angle, velocity, acceleration */
-  int32_t stop;             /* 1: stop as in an emergency, brake */
+  lm_correction correction;      /* instead of the compensator's: angle, velocity, acceleration */
+  int32_t stop;                  /* 1: stop as in an emergency, brake */
   commissioning_finding finding; /* other than COMMISSIONING_RUNNING: the run has ended */
 } commissioning_output;
 

@@ -1,4 +1,4 @@
-/* What main.c and the checks of each drive share. */
+/* Common parts of main.c and the checks of each drive. */
 #ifndef GLUE_CHECKS_H
 #define GLUE_CHECKS_H
 

@@ -74,7 +74,8 @@ lm_status cia402_start(cia402_axis *axis, const cia402_drive *drive,
   return LM_OK;
 }
 
-/* Increments of the output: exact in integers; a float would lose the last ones of a long motion.
+/* Increments of the output are exact in integers; a float would lose the last digits in a long
+ * motion.
  */
 static int32_t output_increments(const cia402_axis *axis, const cia402_input *in) {
   return axis->drive.reports_offset ? in->position_actual - axis->sent.position_offset

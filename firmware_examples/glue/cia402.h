@@ -84,13 +84,13 @@ lm_status cia402_start(cia402_axis *axis, const cia402_drive *drive,
                        const lm_parameters *parameters, const lm_saved *kept,
                        const lm_conditions *at, const cia402_input *in, lm_fault *fault);
 
-/* One sync period. wish_rad: where the output is to be, used once the drive is enabled; it begins
- * at command_rad. enable 0: quick stop, then switched off. Steps the compensator in every state of
- * the drive. */
+/* One sync period. wish_rad: the desired output angle, used once the drive is enabled; it begins at
+ * command_rad. enable 0: quick stop, then switched off. Steps the compensator in every state of the
+ * drive. */
 cia402_output cia402_cycle(cia402_axis *axis, const cia402_input *in, const lm_conditions *at,
                            float wish_rad, int32_t enable);
 
-/* Output angle as it is reported upward. */
+/* Output angle as reported to the planner. */
 float cia402_reported(const cia402_axis *axis, const cia402_input *in);
 
 /* Homing: the output is now at angle_rad. command_rad shifts with the zero, so nothing moves. */

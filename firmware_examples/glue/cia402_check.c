@@ -113,7 +113,7 @@ int check_cia402(void) {
   if (c.drive.status != CIA402_OPERATION_ENABLED || c.largest_rad > STEP_RAD) {
     return 3;
   }
-  /* Run: the output arrives where the command is, the motor beyond it by the lost motion. */
+  /* Run: the output reaches the command, the motor goes beyond it by the lost motion. */
   cycles(&c, 1000, LOAD_NM, &wish_rad, 5e-4f, 1);
   cycles(&c, 500, LOAD_NM, &wish_rad, 0, 1);
   if (!is_close(output_of(&c, LOAD_NM), start_rad + 0.5f)) {

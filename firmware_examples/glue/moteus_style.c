@@ -14,7 +14,7 @@ lm_status servo_start(servo *drive, const lm_parameters *parameters, const lm_sa
   drive->measured_rev = measured_rev;
   status = lm_start_compensator(&drive->compensator, parameters, torque_Nm, 0);
   if (status == LM_OK) {
-    /* The limits of the correction hold for the period that the parameters were made for. */
+    /* The limits of the correction are valid only for the period of the parameters. */
     float ratio = period_s / parameters->limits.period_s;
     status = ratio > 0.99f && ratio < 1.01f ? LM_OK : LM_INCONSISTENT;
   }
@@ -49,7 +49,7 @@ static void advance_ramp(servo *drive, const servo_command *command) {
   drive->control_position_rev += v * drive->period_s;
 }
 
-/* What the ramp leaves of the velocity that the command allows: the correction may use it. */
+/* Part of the permitted velocity that the ramp does not use: available for the correction. */
 static void share_velocity(servo *drive, const servo_command *command) {
   lm_headroom room = {1, 0, 1e9f, 1e9f};
   float used = drive->control_velocity_rev_s;
@@ -73,9 +73,10 @@ float servo_interrupt(servo *drive, const servo_command *command) {
   float error_rev;
   float rate_rev_s;
 
-  /* The load's torque on the output is the opposite of what the drive makes for it, and that of a
-   * brake that holds the motor while it is stopped (without one it would be zero then). The model
-   * steps in every mode, so that a stop loses nothing, and the reported angle follows the output.
+  /* The torque of the load on the output is minus the torque that the drive produces for it, or
+   * minus that of a brake while the motor is stopped (without a brake it would then be zero). The
+   * model steps in every mode, so that a stop loses nothing, and the reported angle follows the
+   * output.
    */
   at.torque_Nm = -command->feedforward_torque_Nm;
   if (command->mode != SERVO_STOPPED) {
@@ -83,7 +84,7 @@ float servo_interrupt(servo *drive, const servo_command *command) {
     share_velocity(drive, command);
   }
 
-  /* Here: behind the ramp, before the loop; and in what is reported. */
+  /* Here: after the ramp and before the loop; and in the reported position. */
   drive->correction = lm_step_compensator(&drive->compensator, &at);
   drive->reported_position_rev = report(drive);
   if (command->mode == SERVO_STOPPED) {

@@ -2,7 +2,7 @@
 
 #include "glue.h"
 
-/* Stands for the two calls of the user's loop: phases, then motion. The shaft follows at once
+/* Represents the two calls of the user's loop: phases, then motion. The shaft follows at once
  * within its velocity limit. */
 static void move(foc_motor *motor, float target_rad, float period_s) {
   float velocity = motor->position_gain * (target_rad - motor->shaft_angle_rad);
@@ -23,8 +23,8 @@ lm_status foc_start(foc_joint *joint, const lm_parameters *parameters, const lm_
   if (status == LM_OK && kept) {
     (void)lm_restore_compensator(&joint->compensator, kept, 0); /* refused: history unknown */
   }
-  /* Settled before the first move: foc_output then is where the output is, and where the user's
-   * target has to begin. */
+  /* Settled before the first move: foc_output is then the angle of the output, at which the user's
+   * target must begin. */
   at.torque_Nm = torque_Nm;
   joint->correction_rad = lm_settle_compensator(&joint->compensator, &at).correction_rad;
   return status;
@@ -34,8 +34,8 @@ void foc_loop(foc_joint *joint, float output_rad, float torque_Nm, float period_
   lm_conditions at = LM_CONDITIONS_UNKNOWN;
   at.torque_Nm = torque_Nm;
 
-  /* Here: between the user's target and the call that moves the motor; also while that is left
-   * out, braked. */
+  /* Here: between the user's target and the call that moves the motor; also while that call is
+   * omitted because the motor is braked. */
   joint->correction_rad = lm_step_compensator(&joint->compensator, &at).correction_rad;
   if (joint->enabled) {
     float target_rad = output_rad - joint->zero_rad + joint->correction_rad;
@@ -43,7 +43,7 @@ void foc_loop(foc_joint *joint, float output_rad, float torque_Nm, float period_
   }
 }
 
-/* And here: wherever the shaft angle is turned into an angle of the output. */
+/* And here: wherever the shaft angle is converted to an angle of the output. */
 float foc_output(const foc_joint *joint) {
   return joint->motor.shaft_angle_rad / GLUE_RATIO - joint->correction_rad + joint->zero_rad;
 }

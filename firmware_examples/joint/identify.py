@@ -3,9 +3,10 @@
     example_bench > locked.csv
     python identify.py locked.csv params.h
 
-The joint is known by this recording alone. The model is that of the run-time code with all friction
-in parallel with the spring: operators of given half widths take their share of the torque, the rest
-winds up an odd torsion curve of straight stretches. Shares and slopes are fitted together.
+The recording is the only information about the joint. The model is that of the run-time code with
+all friction in parallel with the spring: operators of given half widths carry their shares of the
+torque, and the rest winds up an odd, piecewise linear torsion curve. Shares and slopes are fitted
+together.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from lostmotion.units import ARCSEC
 KNOTS_NM = 40 * np.array(
     [0.004, 0.008, 0.012, 0.017, 0.03, 0.06, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.85]
 )
-"""Ends of the torsion curve's stretches, finer where a radial gap closes; the last continues."""
+"""Knots of the torsion curve, closer where a radial gap closes; the last segment continues."""
 
 RADII_NM = 40 * np.geomspace(0.015, 0.3, 8)
 """Half widths of the operators."""
@@ -44,7 +45,7 @@ WATCH = Watch(window_s=1.0, fade_s=2.0, noise_rad=2 * ARCSEC, misfit_rad=20 * AR
 
 
 def identify(recording: Path) -> tuple[Controller, float]:
-    """Fit the model; returns it with the rms of what it leaves, in arcsec."""
+    """Fit the model; returns it with the rms of the residual in arcsec."""
     campaign = read_campaign([recording], ratio=100)
     torque = np.ascontiguousarray(campaign.column("torque"))
     angle = campaign.column("lost_motion") / ARCSEC

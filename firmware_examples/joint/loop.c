@@ -2,30 +2,33 @@
 
 #include "sine.h"
 
-/* What commissioning found of the drive; the plant's own numbers are a few percent off. */
+/* Values of the drive as identified at commissioning; those of the plant differ by a few percent.
+ * */
 #define RAD_PER_COUNT (6.28318531f / ((float)PLANT_RATIO * PLANT_ENCODER_COUNTS))
 #define ROTOR_INERTIA 0.62f
 #define ROTOR_FRICTION 2.4f
 #define ROTOR_VISCOUS 3.0f
-#define ROTOR_REVERSAL_RAD_S 0.02f /* the friction's feed-forward turns over within this speed */
+#define ROTOR_REVERSAL_RAD_S                                           \
+  0.02f /* the feed-forward of friction changes sign within this speed \
+         */
 #define BEARING_FRICTION 1.55f
 #define BEARING_STIFFNESS 7.5e3f
 #define BEARING_VISCOUS 0.6f
 #define TORQUE_CONSTANT 0.1f /* N*m/A */
-#define LOAD_KNOWN 0.98f     /* gravity and inertia as known, over what they are */
+#define LOAD_KNOWN 0.98f     /* known over true gravity and inertia */
 
 #define POSITION_GAIN 160.0f /* 1/s */
 #define VELOCITY_GAIN 220.0f /* N*m*s/rad */
 #define INTEGRAL_RATE 60.0f  /* 1/s */
-/* Share of a new sample, 2 Hz: the correction moves the motor, and what moves the motor shows in
- * its current and winds the torque sensor up. Without a filter far below the joint's resonance that
- * circle oscillates. */
+/* Share of a new sample, 2 Hz: the correction moves the motor, which changes its current and the
+ * reading of the torque sensor. Without a filter far below the joint's resonance this loop
+ * oscillates. */
 #define CURRENT_FILTER 0.006f
 #define SENSOR_FILTER 0.006f
 #define SPEED_FILTER 0.3f /* share of a new sample */
-#define TORQUE_MAX 80.0f  /* N*m on the output's side */
+#define TORQUE_MAX 80.0f  /* N*m, referred to the output */
 
-/* Of the constant width's ramp; the library's limits in params.h are the same. */
+/* Limits of the ramp of the constant width; those of the library in params.h are equal. */
 #define RAMP_VELOCITY 0.05f
 #define RAMP_ACCELERATION 20.0f
 
@@ -33,8 +36,8 @@ static float clip(float value, float most) {
   return value > most ? most : value < -most ? -most : value;
 }
 
-/* A float holds every count within a turn and a quarter of the output; a joint that goes further
- * takes whole turns off before. */
+/* A float holds every count within a turn and a quarter of the output; for a joint that goes
+ * further, whole turns are subtracted first. */
 static float measure(int32_t counts) {
   return (float)counts * RAD_PER_COUNT;
 }
@@ -89,7 +92,7 @@ int loop_start(loop *joint, method how, torque_source source, const lm_parameter
   return 0;
 }
 
-/* Torque on the output that the commanded motion takes. */
+/* Torque on the output for the commanded motion. */
 static float command_torque(loop *joint, const motion *command) {
   float bias_Nm = gravity_torque(joint, command) -
                   joint->load.inertia_kgm2 * command->acceleration_rad_s2 -
@@ -99,7 +102,7 @@ static float command_torque(loop *joint, const motion *command) {
   return lm_guess_torque(&joint->bearing, &joint->resisting_Nm, moved_rad, bias_Nm);
 }
 
-/* What the model receives, which need not be what is fed forward. */
+/* Torque for the model, which may differ from the feed-forward. */
 static float model_torque(loop *joint, float command_Nm, float sensed_Nm) {
   static const lm_motor motor = {
       TORQUE_CONSTANT,
@@ -123,7 +126,7 @@ static float model_torque(loop *joint, float command_Nm, float sensed_Nm) {
   }
   if (joint->source == TORQUE_FROM_SENSOR) {
     float change_Nm = SENSOR_FILTER * (sensed_Nm - command_Nm - joint->beyond_Nm);
-    /* A lost sample (NaN) would stay in the filter for ever. */
+    /* A missing sample (NaN) would remain in the filter forever. */
     joint->beyond_Nm += change_Nm - change_Nm == 0 ? change_Nm : 0;
     return command_Nm + joint->beyond_Nm;
   }
@@ -138,7 +141,7 @@ static void follow_constant(constant_width *c, float velocity_rad_s) {
   c->side = velocity_rad_s > 0 ? 1.0f : velocity_rad_s < 0 ? -1.0f : c->side;
   left = c->side * c->half_rad - c->correction_rad;
   wish = square_root(2 * RAMP_ACCELERATION * (left < 0 ? -left : left));
-  /* In the last tick the way that is left, not more. */
+  /* In the last tick only the remaining distance. */
   wish = clip(wish, (left < 0 ? -left : left) / TICK_S);
   wish = clip(left < 0 ? -wish : wish, RAMP_VELOCITY);
   c->velocity_rad_s += clip(wish - c->velocity_rad_s, change);

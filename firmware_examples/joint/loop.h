@@ -38,8 +38,8 @@ typedef struct loop {
   float resisting_Nm;
   float last_angle_rad;
   constant_width constant;
-  float due_rad;     /* where the motor ought to be at the next tick */
-  float due_off_rad; /* the correction in it */
+  float due_rad;     /* target of the motor at the next tick */
+  float due_off_rad; /* the correction included in it */
   float angle_rad;   /* of the motor at the last tick */
   float off_rad;     /* the correction that was due with it */
   float error_rad;
@@ -47,24 +47,24 @@ typedef struct loop {
   float speed_rad_s;
   float change_rad_s2;
   float current_Nm;  /* torque from the current, filtered */
-  float believed_Nm; /* what is believed of it */
+  float believed_Nm; /* the same after lm_hold_torque */
   float beyond_Nm;   /* torque of the sensor beyond that of the command, filtered */
-  float motor_Nm;    /* what the current makes, on the output's side */
+  float motor_Nm;    /* torque from the current, referred to the output */
   float sum_Nm;
   lm_correction correction;
 } loop;
 
-/* At power-up, and whenever the drive is switched on again: from where the encoder and the command
- * stand, so that nothing jumps. `load` as it is; what the controller knows of it is off by a few
- * percent. Returns 0 where the library accepts the parameters; without that no tick may run. */
+/* At power-up, and whenever the drive is switched on again: starts from the present encoder angle
+ * and command, so that nothing jumps. `load` is the true one; the controller knows it within a few
+ * percent. Returns 0 if the library accepts the parameters; otherwise no tick may run. */
 int loop_start(loop *joint, method how, torque_source source, const lm_parameters *parameters,
                plant_load load, float constant_half_rad, int32_t counts, const motion *now);
 
-/* One tick: the motor's torque [N*m, on the output's side] from encoder and torque sensor now (any
- * number where there is no sensor) and the command for the next tick, when that torque acts. */
+/* One tick: the motor's torque [N*m, referred to the output] from encoder and torque sensor now
+ * (any number if there is no sensor) and the command for the next tick, when that torque acts. */
 float loop_tick(loop *joint, int32_t counts, float sensed_Nm, const motion *next);
 
-/* Where the output is, as reported upwards. */
+/* Output angle as reported to the planner. */
 float loop_position(const loop *joint);
 
 #endif

@@ -30,7 +30,7 @@ typedef struct trial {
   int scenario;
   bar least;
   torque_source source;
-  float heavier;  /* than the controller knows, as a factor */
+  float heavier;  /* relative to the value that the controller knows */
   int from_start; /* scored from power-up on, with the history unknown */
 } trial;
 
@@ -61,7 +61,7 @@ static const trial trials[] = {
 static plant joint;
 static loop control;
 
-/* Root mean square of output - command [arcsec], or -1 where something is wrong with the loop. */
+/* Root mean square of output - command [arcsec], or -1 if the loop has an error. */
 static float run(const trial *what, method how, float half_rad) {
   const scenario *motions = &scenarios[what->scenario];
   plant_load load = motions->load;
@@ -95,7 +95,7 @@ static float run(const trial *what, method how, float half_rad) {
       sum += error * error;
     }
   }
-  /* What is reported upwards must not show the correction. */
+  /* The angle reported to the planner must not contain the correction. */
   reported_rad = loop_position(&control) - now.angle_rad;
   if (!(reported_rad < SETTLED_RAD && reported_rad > -SETTLED_RAD)) {
     return -1;
@@ -117,8 +117,8 @@ static float load_slowly(lm_memory *memory, float *torque_Nm, float to_Nm) {
   return angle_rad;
 }
 
-/* Half the width that a dial gauge would show: loaded to 4 % of the rated torque one way, then the
- * other, after full swings. */
+/* Half the width that a dial gauge would show under 4 % of the rated torque in one direction and
+ * then the other, after full swings. */
 static float gauge_half_width(void) {
   static lm_memory memory;
   float torque_Nm = 0;
@@ -179,10 +179,10 @@ int main(void) {
   target_print(JOINT_HINDSIGHT ? "  best con.   to best\n" : "\n");
   for (i = 0; i < JOINT_TRIALS; ++i) {
     if (trials[i].least == BAR_NONE && trials[i - 1].least != BAR_NONE) {
-      target_print("where it helps less, without a bar:\n");
+      target_print("cases in which it helps less, without a criterion:\n");
     }
     good = compare(&trials[i], half_rad) && good;
   }
-  target_print(good ? "the bars hold\n" : "a bar is missed\n");
+  target_print(good ? "all criteria are met\n" : "a criterion is not met\n");
   return !good;
 }

@@ -69,7 +69,7 @@ const scenario scenarios[] = {
 };
 const int scenario_count = (int)(sizeof scenarios / sizeof scenarios[0]);
 
-/* The prelude wipes out what the load did before. */
+/* The initial motion erases the previous load history. */
 static const move prelude[] = {{0.35f, 0.5f}, {0.6f, -0.5f}, {0.45f, 0.0f}, {0.2f, 0.0f}};
 #define PRELUDE_MOVES 4
 
@@ -148,7 +148,7 @@ static motion circle_at(const scenario *what, int32_t tick) {
   return at;
 }
 
-/* Two slow waves whose ratio is no fraction, so that their turning points wander. */
+/* Two slow waves with an irrational frequency ratio, so that the turning points vary. */
 static void add_unrest(motion *at, float amplitude_rad, float time_s) {
   static const float rate_rad_s[2] = {9.1f, 23.7f};
   static const float share[2] = {0.7f, 0.3f};

@@ -1,4 +1,4 @@
-/* What the joint is commanded to do: the scenarios, as commanded angle, velocity and acceleration.
+/* Commanded motions of the joint: the scenarios, as angle, velocity and acceleration.
  */
 #ifndef JOINT_MOTION_H
 #define JOINT_MOTION_H
@@ -15,7 +15,7 @@ typedef struct motion {
   float acceleration_rad_s2;
 } motion;
 
-/* A move that starts and ends at rest with no jump of the acceleration. */
+/* A move that starts and ends at rest without a jump of the acceleration. */
 typedef struct move {
   float duration_s;
   float to_rad;
@@ -26,9 +26,9 @@ typedef struct move {
 typedef struct scenario {
   const char *name;
   plant_load load;
-  float hover_rad;  /* amplitude of a small unrest on top of the moves, 0 for none */
+  float hover_rad;  /* amplitude of a small oscillation added to the moves, 0 for none */
   float circle_rad; /* radius of a circle instead of moves, 0 for none */
-  float circle_s;   /* how long it takes */
+  float circle_s;   /* duration */
   int circle_turns;
   int cosine; /* the circle's second axis */
   int count;
@@ -39,8 +39,8 @@ typedef struct scenario {
 extern const scenario scenarios[];
 extern const int scenario_count;
 
-/* Ticks of a scenario in all. It begins with a swing both ways, the same for all, and with its own
- * approach; neither is scored. */
+/* Total ticks of a scenario. It begins with a swing in both directions, the same for all, and its
+ * own approach; neither is scored. */
 int32_t scenario_ticks(const scenario *what);
 int32_t unscored_ticks(const scenario *what);
 

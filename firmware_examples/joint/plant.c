@@ -8,7 +8,7 @@
 #define SPRING_STIFFNESS 1.5e4f       /* N*m/rad once it is closed */
 #define SPRING_CUBIC 3.6e9f           /* N*m/rad^3 */
 #define REDUCER_DAMPING 8.0f          /* N*m*s/rad */
-#define ROTOR_INERTIA 0.6f            /* kg*m^2 on the output's side: 6e-5 at the motor */
+#define ROTOR_INERTIA 0.6f            /* kg*m^2, referred to the output: 6e-5 at the motor */
 #define ROTOR_FRICTION 2.5f           /* N*m on the output's side */
 #define ROTOR_FRICTION_SLOPE 1.2e4f   /* N*m/rad before it slips */
 #define ROTOR_VISCOUS 3.0f            /* N*m*s/rad */
@@ -16,7 +16,7 @@
 #define BEARING_FRICTION_SLOPE 8.0e3f /* N*m/rad before it slips */
 #define BEARING_VISCOUS 0.6f          /* N*m*s/rad */
 
-/* The elements that slip first carry the most. */
+/* The elements that slip first carry most of the torque. */
 static const float slip_stiffness[PLANT_SLIPS] = {1.5e4f, 6.0e3f, 2.6e3f, 1.2e3f, 5.0e2f, 2.0e2f};
 static const float slip_limit[PLANT_SLIPS] = {0.27f, 0.23f, 0.19f, 0.17f, 0.14f, 0.11f};
 

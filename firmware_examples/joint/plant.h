@@ -31,33 +31,34 @@ typedef struct plant {
   plant_load load;
   float motor_rad; /* motor angle over the ratio */
   float motor_rad_s;
-  float twist_rad; /* x: kept as a state of its own, or its digits would drown in the angle's */
+  float twist_rad; /* x: a separate state, because a difference of the angles would lose its digits
+                    */
   float output_rad_s;
   float slip_Nm[PLANT_SLIPS];
   float bearing_Nm; /* friction of the output bearing and seals */
-  float rotor_Nm;   /* friction of rotor and wave generator, on the output's side */
-  float reducer_Nm; /* what the reducer bears */
+  float rotor_Nm;   /* friction of rotor and wave generator, referred to the output */
+  float reducer_Nm; /* torque of the reducer */
 } plant;
 
-/* At rest, arm hanging, nothing wound up. */
+/* At rest, arm hanging, reducer not wound up. */
 void plant_start(plant *joint, plant_load load);
 
-/* Somebody leans on the arm until the reducer is wound by twist_rad, and lets go slowly: the same
- * place, another history. */
+/* An external load winds the reducer up by twist_rad and is released slowly: the same position with
+ * another history. */
 void plant_disturb(plant *joint, float twist_rad);
 
-/* One step with the motor's torque [N*m, on the output's side]. */
+/* One step with the motor's torque [N*m, referred to the output]. */
 void plant_step(plant *joint, float motor_Nm);
 
 /* One step with the motor locked and a torque [N*m] on the arm: the test bench. */
 void plant_step_locked(plant *joint, float external_Nm);
 
-/* What the controller sees: the motor's encoder, and where there is one the torque sensor between
- * reducer and arm. */
+/* Sensors of the controller: the motor encoder and, if present, the torque sensor between reducer
+ * and arm. */
 int32_t plant_read_encoder(const plant *joint);
 float plant_read_torque(const plant *joint);
 
-/* The truth, for the scores only. */
+/* True output angle, only for the scores. */
 float plant_output(const plant *joint);
 
 #endif

@@ -1,5 +1,4 @@
-/* Numbers of a log as the bits that they are, and the CRC-32 of what comes out, each word
- * little-endian. */
+/* Numbers of a log by their bits, and the CRC-32 of the results, each word little-endian. */
 #ifndef LOG_BITS_H
 #define LOG_BITS_H
 

@@ -45,7 +45,7 @@ typedef struct drive {
   lm_compensator compensator;
   lm_correction correction;
   float resisting_Nm;
-  motion due; /* command, and the velocity told to the motor, that the tick before requested */
+  motion due; /* command and motor velocity of the previous tick */
   float due_rad_s, before_rad_s;
   float motor_rad, sum_Nm;
 } drive;
@@ -58,7 +58,7 @@ static float control(drive *d, const plant *joint, const plant_load *load, const
   float speed_rad_s = (motor_rad - d->motor_rad) / TICK_S;
   float load_Nm = -LOAD_KNOWN * (load->gravity_Nm * sine(next->angle_rad) +
                                  load->inertia_kgm2 * next->acceleration_rad_s2);
-  /* What is measured belongs to the command of the tick before. */
+  /* The measurements belong to the command of the previous tick. */
   float error_rad = d->due.angle_rad - read_output(joint);
   float due_rad_s = d->due_rad_s;
   float feed_rad_s = next->velocity_rad_s;
@@ -70,13 +70,13 @@ static float control(drive *d, const plant *joint, const plant_load *load, const
   d->motor_rad = motor_rad;
   at.torque_Nm = load_Nm;
   d->correction = lm_step_compensator(&d->compensator, &at);
-  if (how == RATE) { /* the motor crosses the lost motion at the rate that the model says */
+  if (how == RATE) { /* the motor crosses the lost motion at the rate of the model */
     feed_rad_s += d->correction.velocity_rad_s;
     feed_rad_s2 += d->correction.acceleration_rad_s2;
   } else if (how == POSITION) { /* the mistake */
     error_rad += d->correction.correction_rad;
   }
-  /* The speed over a tick is that of its middle. */
+  /* The mean speed over a tick is that at its middle. */
   wish_rad_s = 0.5f * (due_rad_s + d->before_rad_s) + POSITION_GAIN * error_rad - speed_rad_s;
   d->before_rad_s = due_rad_s;
   d->due_rad_s = feed_rad_s;
@@ -88,7 +88,7 @@ static float control(drive *d, const plant *joint, const plant_load *load, const
   return clip(push_Nm, TORQUE_MAX);
 }
 
-/* Root mean square of output - command [arcsec], or -1 where the parameters are refused. */
+/* Root mean square of output - command [arcsec], or -1 if the parameters are refused. */
 static float run(const scenario *what, use how) {
   static plant joint;
   static drive d;

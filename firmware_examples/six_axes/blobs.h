@@ -1,5 +1,5 @@
-/* Parameters of six joints, written by make_blobs.py: in a robot they lie in flash
- * or come over the bus. */
+/* Parameters of six joints, written by make_blobs.py: in a robot they are in flash
+ * or are received over the bus. */
 #ifndef SIX_AXES_BLOBS_H
 #define SIX_AXES_BLOBS_H
 

@@ -103,14 +103,14 @@ int main(void) {
       return 10 + i;
     }
   }
-  for (k = 0; k < TICKS; ++k) { /* every load falls to nothing, and comes back */
+  for (k = 0; k < TICKS; ++k) { /* every load falls to zero and returns */
     float share = 2.0f * (float)k / TICKS - 1;
     tick(share < 0 ? -share : share);
   }
   for (k = 0; k < TICKS; ++k) { /* and stays */
     tick(1);
   }
-  for (i = 0; i < AXES; ++i) { /* a load that pulls back is answered by going further */
+  for (i = 0; i < AXES; ++i) { /* for a load against the motion the motor goes further */
     if (now[i].correction_rad * places[i].load_Nm >= 0 || !(now[i].status & LM_STATE_SETTLED)) {
       return 20 + i;
     }

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Write blobs.h: the parameters of six joints, each what `lostmotion export` makes of its sheet.
+"""Write blobs.h: the parameters of six joints by `lostmotion export` from their data sheets.
 
     python firmware_examples/six_axes/make_blobs.py FILE
 
-The sheets are those of a small robot: three sizes, as they are in catalogues.
+The data sheets are those of a small robot: three sizes, as in catalogues.
 """
 
 from __future__ import annotations
@@ -52,8 +52,8 @@ def blob_of(name: str, folder: Path) -> bytes:
 def text_of(blobs: dict[str, bytes]) -> str:
     """Text of blobs.h."""
     lines = [
-        "/* Parameters of six joints, written by make_blobs.py: in a robot they lie in flash",
-        " * or come over the bus. */",
+        "/* Parameters of six joints, written by make_blobs.py: in a robot they are in flash",
+        " * or are received over the bus. */",
         "#ifndef SIX_AXES_BLOBS_H",
         "#define SIX_AXES_BLOBS_H",
         "",

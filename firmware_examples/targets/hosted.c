@@ -1,4 +1,4 @@
-/* A machine with an operating system: this one, or another under qemu-user. */
+/* A machine with an operating system: the host, or another one under qemu-user. */
 #include <stdio.h>
 #include <stdlib.h>
 

@@ -1,4 +1,4 @@
-/* What every target of the examples and measurements offers: text out, and an exit code. */
+/* Functions of every target of the examples and measurements: text output, and an exit code. */
 #ifndef TARGET_H
 #define TARGET_H
 
@@ -11,8 +11,9 @@ void target_exit(int code);
 void target_print_number(int32_t number);
 void target_print_hex(uint32_t word);
 
-/* Stack of a call: paint what lies below the stack pointer, call, look how deep the paint is gone.
- * In line, so that the painting itself has no frame. Zero on targets with an operating system. */
+/* Stack of a call: paint the memory below the stack pointer, call, and find the depth to which the
+ * paint was overwritten. Inline, so that the painting itself has no frame. Zero on targets with an
+ * operating system. */
 #define TARGET_PAINT 0xA5A5A5A5u
 #define TARGET_PAINTED_WORDS 256
 
