@@ -8,9 +8,7 @@
 #define ROTOR_INERTIA 0.62f
 #define ROTOR_FRICTION 2.4f
 #define ROTOR_VISCOUS 3.0f
-#define ROTOR_REVERSAL_RAD_S                                           \
-  0.02f /* the feed-forward of friction changes sign within this speed \
-         */
+#define ROTOR_REVERSAL_RAD_S 0.02f /* friction feed-forward: ramp through zero speed */
 #define BEARING_FRICTION 1.55f
 #define BEARING_STIFFNESS 7.5e3f
 #define BEARING_VISCOUS 0.6f
