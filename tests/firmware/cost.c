@@ -1,17 +1,17 @@
-/* Instructions of one step, counted by a QEMU plugin between mark_begin and mark_end, and the stack
- * it uses, for everything that is measured one after the other; mark_next divides them. */
+/* Instructions of one step, counted by a QEMU plugin between mark_begin and mark_end, and its
+ * stack. The measured functions run one after the other; mark_next separates them. */
 #include "drive.h"
 #include "target.h"
 
 #define STEPS 4000
-#define CHANGES 400 /* a change costs what a hundred steps do */
+#define CHANGES 400 /* a change costs as much as a hundred steps */
 
 typedef enum measured {
-  NOTHING, /* what the marks themselves cost */
+  NOTHING, /* cost of the marks themselves */
   MODEL,   /* curve and operators */
   STEP,    /* the whole compensator with limiter and status */
-  ENDING, /* the same, with the steps that end a motion under limits that were narrowed meanwhile */
-  CHANGE, /* to parameters with another band */
+  ENDING, /* the same, including steps that end a motion under limits that were reduced meanwhile */
+  CHANGE, /* to parameters with a different band */
   MEASURED
 } measured;
 
@@ -47,7 +47,7 @@ static lm_real next_torque(uint32_t *seed, int32_t k) {
   return draw_number(seed, -reach, reach);
 }
 
-/* Everything that can bind binds at some time: narrow room, wide room. */
+/* Every limit is active at some time: small headroom, large headroom. */
 static void next_headroom(int32_t k) {
   lm_headroom room;
   lm_real share = (k & 512) ? LM_REAL(0.01) : LM_REAL(0.8);

@@ -1,8 +1,9 @@
 /* QEMU plugin: instructions executed from the entry of one function to the entry of another.
  * Arguments begin=ADDRESS,end=ADDRESS,next=ADDRESS. Prints "windows N least N most N" when the
- * guest ends, once for everything that the third function divides.
+ * guest ends, once for each section between calls of the third function.
  *
- * The prototypes are QEMU's plugin interface, version 1; distributions ship no header for it. */
+ * The prototypes are QEMU's plugin interface, version 1; distributions do not include its header.
+ * */
 #include <inttypes.h>
 #include <stdbool.h>
 #include <stdio.h>

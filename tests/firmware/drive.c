@@ -5,7 +5,7 @@
 #include "runtime/as_written.h"
 
 #ifndef DRIVE_EFFECTS
-#define DRIVE_EFFECTS 0 /* 1: thermal_gap at work; 2: creep as well */
+#define DRIVE_EFFECTS 0 /* 1: thermal_gap active; 2: creep as well */
 #endif
 #ifndef DRIVE_ENVELOPE
 #define DRIVE_ENVELOPE 0 /* 1: the operators follow an envelope */
@@ -33,7 +33,7 @@ static int make_plays(lm_parameters *parameters) {
 #else
     int inside = i >= LM_PLAYS_MAX - INSIDE;
     play[i].radius_Nm = LM_REAL(0.5) + LM_REAL(1.4) * (lm_real)i;
-    /* A fit has an envelope, a data sheet bands that widen. */
+    /* A fit has an envelope; a data sheet has bands that widen. */
     play[i].widening = DRIVE_ENVELOPE ? 0 : play[i].radius_Nm / 80;
     play[i].weight = inside ? LM_REAL(0.05) : LM_REAL(1.6e-5) / LM_PLAYS_MAX;
 #endif
@@ -43,7 +43,8 @@ static int make_plays(lm_parameters *parameters) {
 }
 
 #if LM_PROFILE != LM_PROFILE_GAP
-/* The knots at odd places, hardening with load: K1, K2, K3 of the catalogue and a soft toe. */
+/* Knots at irregular distances, stiffer with load: K1, K2, K3 of the catalogue and a soft
+ * beginning. */
 #define KNOTS 33
 static int make_curve(lm_parameters *parameters) {
   lm_real torque_Nm[KNOTS];
@@ -65,7 +66,7 @@ static int make_curve(lm_parameters *parameters) {
 #endif
 
 #if DRIVE_EFFECTS > 0
-/* The effects that temperature and time have most often: the gap opens, the flexspline creeps. */
+/* The most frequent effects of temperature and time: the gap opens, the flexspline creeps. */
 static void use_effects(lm_parameters *parameters) {
   parameters->effect[0].effect = &lm_effect_thermal_gap;
   parameters->effect[0].value[0] = LM_REAL(5e-6);

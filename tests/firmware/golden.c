@@ -1,5 +1,5 @@
-/* One golden log through model, compensator and every effect, and the hash of all the bits that
- * come out. The same on every target, compiler and profile, or the program fails. */
+/* One golden log through model, compensator and every effect, and the hash of all result bits. The
+ * program fails unless it is the same on every target, compiler and profile. */
 #include <string.h>
 
 #include "drive.h"
@@ -20,7 +20,7 @@ static void add_bits(uint32_t *hash, lm_real value) {
 }
 #define FNV_START 2166136261u
 
-/* The log: torque that wanders, reverses, rests, jumps, leaves the limit and is not a number. */
+/* The log: torque that varies slowly, reverses, rests, jumps, exceeds the limit and is NaN. */
 static lm_real next_torque(uint32_t *seed, lm_real before) {
   lm_real zero = 0;
   uint32_t kind = *seed >> 24;
@@ -108,7 +108,7 @@ static uint32_t hash_inverse(void) {
   return hash;
 }
 
-/* Every effect by itself, its values spread between their bounds. */
+/* Every effect alone, with values spread between their bounds. */
 static uint32_t hash_effects(void) {
   uint32_t hash = FNV_START;
   uint32_t seed = 40;

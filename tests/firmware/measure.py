@@ -1,4 +1,4 @@
-"""Builds the runtime for every installed target and measures it under QEMU.
+"""Build the runtime for every installed target and measure it under QEMU.
 
     measure.py golden        the same bits on every target
     measure.py cost          instructions, flash, RAM, stack and symbols against their limits
@@ -108,7 +108,7 @@ def riscv(name: str, march: str, mabi: str) -> Target:
     return Target(
         name,
         "riscv64-unknown-elf-gcc",
-        # The older name of the instruction set holds the status registers without an extension.
+        # The older name of the instruction set includes the status registers without an extension.
         (
             f"-march={march}",
             f"-mabi={mabi}",
@@ -124,7 +124,7 @@ def riscv(name: str, march: str, mabi: str) -> Target:
 
 
 CLANG = next(filter(shutil.which, ("clang", "clang-19")), "clang")
-"""Any release will do: its bits are compared, and the page holds no figure of it."""
+"""Any release is suitable: only its bits are compared; the page has no figure of it."""
 
 M0 = cortex_m("Cortex-M0+", "-mcpu=cortex-m0plus", "microbit")
 M4F = cortex_m("Cortex-M4F", "-mcpu=cortex-m4 -mfpu=fpv4-sp-d16 -mfloat-abi=hard", "mps2-an386")
@@ -165,15 +165,16 @@ PROFILES = {
 """The sources of each row of the table, and the options that they are compiled with."""
 
 EFFECTS_OF = {"one effect": ["thermal_gap"], "two effects": ["thermal_gap", "creep"]}
-"""Effects at work, which are linked because the parameters name them."""
+"""Active effects, which are linked because the parameters name them."""
 
 AXES = 6
-"""Of a robot: what the table gives beside one axis."""
+"""Number of axes of a robot, for which the table states memory in addition to one axis."""
 
 Options = tuple[str, ...]
 
 STACK_MAX, STACK_SOFT_MAX = 132, 216
-"""With a floating-point unit; without, where numbers that wait for a call take registers."""
+"""With a floating-point unit, and without: there, numbers that are live across a call take
+registers."""
 RAM_MAX = 200
 RATIO_MAX = 1.5
 FLASH_MAX = 5768
@@ -186,7 +187,7 @@ INSTRUCTIONS_MAX = {
 }
 """Most instructions of the model alone and of the whole step, by target and profile."""
 CORE = ["lm_start_compensator", "lm_step_compensator", "lm_set_mode", "lm_set_headroom"]
-"""What every controller calls, the check of the parameters included."""
+"""Functions that every controller calls, including the check of the parameters."""
 EVERYTHING = [
     *CORE,
     "lm_settle_compensator",
@@ -197,7 +198,7 @@ EVERYTHING = [
     "lm_restore_compensator",
 ]
 MEASURED = ("nothing", "model", "step", "ending", "change")
-"""What cost.c runs between the marks, in its order."""
+"""Functions that cost.c runs between the marks, in its order."""
 WINDOWS, CHANGES = 4000, 400
 """Steps that cost.c makes, and changes of parameters."""
 MARKS = ("begin", "end", "next")
@@ -205,7 +206,7 @@ AT_ONCE = os.cpu_count() or 1
 
 
 def run(command: list[object]) -> str:
-    """Output of a command; stops everything when it fails."""
+    """Output of a command; exits if it fails."""
     words = [str(word) for word in command]
     done = subprocess.run(words, capture_output=True, text=True, check=False)
     if done.returncode != 0:
@@ -270,7 +271,7 @@ def emulate(target: Target, program: Path, plugin: list[str]) -> subprocess.Comp
 
 
 def check_golden(target: Target, folder: Path) -> bool:
-    """Whether the golden log comes out the same, in every profile.
+    """Whether the golden log has the same result in every profile.
 
     The effects, which are the same in every profile, are compiled once, with `-ffp-contract=fast`
     where the compiler lets the sources overrule it.
@@ -284,7 +285,7 @@ def check_golden(target: Target, folder: Path) -> bool:
     of_effects: list[Path] = []
     good = True
     for profile in ("FULL", "STANDARD", "GAP"):
-        # The operators of the drive are as many as the profile holds: eight, for the same numbers.
+        # The drive has as many operators as the profile permits: here eight, for the same numbers.
         plays = 1 if profile == "GAP" else 8
         options = ["-O2", f"-DLM_PROFILE=LM_PROFILE_{profile}", f"-DLM_PLAYS_MAX={plays}"]
         more = fused if profile == "FULL" else []
@@ -337,7 +338,7 @@ class Counted:
 def count(
     target: Target, sizes: Options, objects: list[Path], plugin: Path, folder: Path
 ) -> dict[str, Counted]:
-    """Run cost.c once; what it measured, less what the marks themselves take."""
+    """Run cost.c once; its results minus the cost of the marks."""
     program = folder / "cost.elf"
     start = [TARGETS / target.start, TARGETS / "print.c", HERE / "drive.c", HERE / "cost.c"]
     command = [target.compiler, *target.flags, *FLAGS, "-O2", *sizes, *start, *objects]
@@ -405,7 +406,7 @@ def sizes_of(target: Target, sizes: Options, folder: Path) -> dict[str, int]:
 
 
 def foreign_symbols(target: Target, objects: list[Path]) -> list[str]:
-    """What the library needs from elsewhere."""
+    """External symbols of the library."""
     nm = target.compiler.replace("gcc", "nm")
     undefined = set(re.findall(r"^\s+U (\w+)$", run([nm, "-u", *objects]), re.MULTILINE))
     table = run([nm, "--defined-only", *objects])
@@ -415,7 +416,7 @@ def foreign_symbols(target: Target, objects: list[Path]) -> list[str]:
 
 @dataclass
 class Row:
-    """Everything that is measured of one profile on one target."""
+    """All measurements of one profile on one target."""
 
     target: Target
     profile: str
@@ -432,11 +433,11 @@ class Row:
     foreign: list[str]
 
     def has_fpu(self) -> bool:
-        """Whether arithmetic is done by instructions."""
+        """Whether the processor has floating-point instructions."""
         return not any(helper(name) for name in self.foreign)
 
     def faults(self) -> list[str]:
-        """What passes its limit."""
+        """Figures that exceed their limits."""
         key = (self.target.name, self.profile)
         model, step = INSTRUCTIONS_MAX.get(key, (None, None))
         allowed = () if self.target is M4F else ("memcpy",)
@@ -447,7 +448,7 @@ class Row:
             ("greatest over least, model", self.model[1] / self.model[0], RATIO_MAX),
             ("bytes of .data and .bss", self.variables, 0),
         ]
-        if self.profile not in EFFECTS_OF:  # creep moves once in many steps
+        if self.profile not in EFFECTS_OF:  # creep advances once in many steps
             ratio = self.step[1] / self.step[0]
             limited.append(("greatest over least, step", ratio, RATIO_MAX))
         if self.profile not in ("full", *EFFECTS_OF):
@@ -541,7 +542,7 @@ def usable(targets: list[Target]) -> list[Target]:
 
 
 def version_of(program: str) -> str:
-    """First line of what a program says of itself."""
+    """First line of the version text of a program."""
     return run([program, "--version"]).splitlines()[0]
 
 
@@ -611,7 +612,7 @@ def make_page(rows: list[Row]) -> str:
 
 
 def stale(page: str) -> str:
-    """What is wrong with the page in the documentation, or why it cannot be compared."""
+    """Errors of the page in the documentation, or the reason why it cannot be compared."""
     kept = PAGE.read_text() if PAGE.is_file() else ""
     if kept == page:
         return ""
@@ -623,7 +624,7 @@ def stale(page: str) -> str:
 
 
 def measure_costs(folder: Path, *, write: bool) -> bool:
-    """Print the table, or write it; whether every figure holds and the page says the same."""
+    """Print or write the table; whether all figures are within limits and the page agrees."""
     plugin = folder / "count_instructions.so"
     run(["gcc", "-O2", "-fPIC", "-shared", HERE / "count_instructions.c", "-o", plugin])
     every = [M4F, M0, M7, M33, RV32, RV32F]

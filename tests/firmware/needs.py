@@ -13,7 +13,7 @@ import pytest
 from measure import ROOT, Target
 
 TOOLS = ROOT / "build" / "tools"
-"""Each tool has a virtual environment of its own in there: their requirements do not agree."""
+"""Folder with a separate virtual environment for each tool, because their requirements conflict."""
 
 PACKAGES = {
     "arm-none-eabi-gcc": "gcc-arm-none-eabi libnewlib-arm-none-eabi",
@@ -24,14 +24,14 @@ PACKAGES = {
     "qemu-arm": "qemu-user",
     "qemu-ppc": "qemu-user",
 }
-"""Debian's names of the packages, where these differ from the program's."""
+"""Debian's package names that differ from the name of the program."""
 
 UNREACHABLE = r"from versions: none|Temporary failure|[Cc]onnection|[Tt]imed? ?out|ProxyError"
-"""What pip says where it does not reach an index."""
+"""Messages of pip if it does not reach an index."""
 
 
 def need(target: Target) -> Target:
-    """Give the target, where its compiler and its emulator are installed."""
+    """Return the target if its compiler and its emulator are installed."""
     missing = target.missing()
     if missing:
         pytest.skip(f"{target.name}: no {missing}: apt install {PACKAGES.get(missing, missing)}")

@@ -1,6 +1,6 @@
-/* The compensator over a log in flash (log.h, written by the test), and the CRC-32 of every bit
- * that comes out: per tick correction, velocity, acceleration, lost motion and status, each
- * little-endian. `lostmotion replay` prints the same for the same log. */
+/* The compensator over a log in flash (log.h, written by the test), and the CRC-32 of every result
+ * bit: per tick correction, velocity, acceleration, lost motion and status, each little-endian.
+ * `lostmotion replay` prints the same for the same log. */
 #include <string.h>
 
 #include "bits.h"

@@ -68,14 +68,14 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def has_cpp_library() -> bool:
-    """Whether the compiler finds a library of C++; Debian has it in a package of its own."""
+    """Whether the compiler finds a C++ library; Debian has it in a separate package."""
     asked = ["arm-none-eabi-g++", "-print-file-name=libstdc++.a"]
     said = subprocess.run(asked, capture_output=True, text=True, check=True).stdout.strip()
-    return said != "libstdc++.a"  # the name alone comes back where there is none
+    return said != "libstdc++.a"  # only the name is returned if there is none
 
 
 def configure(folder: Path, source: Path, build: str, *options: str) -> None:
-    """Configure a project for the controller, with nothing said but the toolchain."""
+    """Configure a project for the controller, with only the toolchain stated."""
     toolchain = f"-DCMAKE_TOOLCHAIN_FILE={folder / 'arm.cmake'}"
     run(["cmake", "-S", source, "-B", folder / build, toolchain, *options])
 

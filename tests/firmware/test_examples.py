@@ -202,7 +202,7 @@ def test_parameters_of_the_joint_come_from_its_test_bench(tmp_path: Path) -> Non
     assert left_arcsec < 1.0
     angles, plays = identified(tmp_path / "params.h")
     kept_angles, kept_plays = identified(EXAMPLES / "joint" / "params.h")
-    # Another release of the solver may stop a little earlier.
+    # Another release of the solver may stop slightly earlier.
     assert angles == pytest.approx(kept_angles, abs=2e-7)
     assert plays == pytest.approx(kept_plays, abs=2e-3)
 
@@ -271,7 +271,7 @@ def write_log(file: Path) -> None:
 
 @pytest.fixture(scope="module")
 def replayed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
-    """Folder with params.h and log.h, and what `lostmotion replay` says comes out."""
+    """Folder with params.h and log.h, and the result of `lostmotion replay`."""
     folder = tmp_path_factory.mktemp("replay")
     drive, log, answer = folder / "joint.toml", folder / "log.csv", folder / "answer.json"
     drive.write_text(DRIVE)
@@ -281,7 +281,7 @@ def replayed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
     columns = conditions(read_campaign([log], ratio=100).runs[0])
     bits = np.column_stack([columns[name].view(np.uint32) for name in LOGGED])
     lines = ("{" + ", ".join(f"0x{word:08x}u" for word in row) + "}," for row in bits)
-    # The two-file library: the controller's bits whichever way it was built, and quick to compile.
+    # The two-file library gives the same bits as any other build, and compiles quickly.
     subprocess.run([sys.executable, ROOT / "lib" / "amalgamate.py", folder], check=True)
     (folder / "lostmotion").mkdir()
     (folder / "lostmotion" / "runtime.h").write_text('#include "../lostmotion.h"\n')

@@ -72,11 +72,11 @@ FILLS = {
     "lm_start_compensator": "static lm_compensator it; (void)lm_start_compensator(&it, 0, 0, 0);",
     "lm_start_model": "static lm_memory it; lm_start_model(&it, 0);",
 }
-"""What fills a struct of the caller's whose size profile.h chooses."""
+"""Functions that fill a struct of the caller whose size depends on profile.h."""
 
 
 def link(folder: Path, sizes: list[str], library: Path, text: str) -> str:
-    """What the linker says of a program of these sizes; nothing when it is content."""
+    """Message of the linker for a program with these sizes; empty if it links."""
     (folder / "main.c").write_text(text)
     include = [f"-I{ROOT / 'lib' / 'include'}", f"-I{ROOT / 'firmware_examples' / 'joint'}"]
     command = ["cc", "-std=c99", *include, *sizes, "main.c", library, "-o", "program"]

@@ -67,7 +67,7 @@ def exported(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def crc(target: Target, folder: Path, program: Path) -> str:
-    """What the program prints of all bits that come out."""
+    """Checksum of all result bits as printed by the program."""
     sources = [HERE / "replay_log.c", folder / "ripple.c"]
     options = (f"-I{folder}", *OPTIONS)
     code, text = output_of(target, build(target, sources, program, options, LIBRARY))

@@ -1,4 +1,5 @@
-"""lib/ as a package for PlatformIO, ESP-IDF, Zephyr and Arduino: each is made and then built."""
+"""lib/ as a package for PlatformIO, ESP-IDF, Zephyr and Arduino: each package is made and then
+built."""
 
 from __future__ import annotations
 
@@ -23,7 +24,7 @@ JOINT = ROOT / "firmware_examples" / "joint"
 MINIMAL = ROOT / "firmware_examples" / "minimal" / "main.c"
 SECONDS = 120
 
-# For `extractall`: what Python 3.11 has from 3.11.4 on, and Debian 12 does not.
+# For `extractall`: Python has this argument from 3.11.4 on; Debian 12 is older.
 SAFELY = {"filter": "data"} if hasattr(tarfile, "data_filter") else {}
 
 PROFILES = ("GAP", "STANDARD", "FULL")
@@ -52,7 +53,7 @@ def unpack(archive: Path, folder: Path) -> Path:
 
 
 def copy_of_lib(folder: Path) -> Path:
-    """lib/ apart from the checkout, under the name of the package."""
+    """A copy of lib/ outside the checkout, under the name of the package."""
     return Path(shutil.copytree(LIB, folder / "lostmotion"))
 
 
@@ -85,7 +86,7 @@ def test_every_manifest_has_the_version_and_the_licence_of_the_project() -> None
 
 
 def platformio_sources(root: Path, manifest: dict[str, dict[str, list[str]]]) -> list[Path]:
-    """Files that the source filter of library.json leaves, by PlatformIO's rules."""
+    """Files that the source filter of library.json keeps, by PlatformIO's rules."""
     chosen: set[Path] = set()
     for word in manifest["build"]["srcFilter"]:
         sign, pattern = word[0], word[2:-1]
@@ -127,7 +128,7 @@ def test_platformio_packs_what_is_needed(tmp_path: Path) -> None:
 
 
 STUBS = {
-    # What the two systems' own CMake functions do, as far as this library calls them.
+    # Behaviour of the CMake functions of both systems, as far as this library calls them.
     "idf": """
 function(idf_component_register)
   cmake_parse_arguments(own "" "" "SRCS;INCLUDE_DIRS;PRIV_INCLUDE_DIRS;REQUIRES" ${ARGN})
@@ -212,7 +213,7 @@ def test_zephyr_module_builds(tmp_path: Path) -> None:
     assert (LIB / keys["kconfig"]).is_file()
     configuration = {"CONFIG_LOSTMOTION_PROFILE_STANDARD": "y", "CONFIG_LOSTMOTION_PLAYS_MAX": "12"}
     commands = build_with_stubs(tmp_path, "zephyr", LIB, configuration)
-    # Library and user see the same sizes; the floating-point flag is the library's alone.
+    # Library and user have the same sizes; only the library has the floating-point flag.
     assert commands.count("-DLM_PLAYS_MAX=12") == commands.count('"command"')
     assert commands.count("-ffp-contract=off") == commands.count('"command"') - 1
 
@@ -279,7 +280,7 @@ lm_conditions unknown() {
 
 
 def find_compiler(name: str) -> str | None:
-    """Path of a compiler, by its version where a system has it under no other name."""
+    """Path of a compiler, with its version if the system has no other name for it."""
     names = (name, *(f"{name}-{version}" for version in range(30, 13, -1)))
     return next(filter(None, map(shutil.which, names)), None)
 
@@ -314,7 +315,7 @@ def test_arduino_library_compiles_into_a_sketch(tmp_path: Path) -> None:
     names = [
         line.partition("=")[0] for line in (library / "library.properties").read_text().split("\n")
     ]
-    # What Arduino's library specification requires, but for the address of a home page.
+    # Requirements of Arduino's library specification, except for the address of a home page.
     needed = {"name", "version", "author", "maintainer", "sentence", "paragraph", "category"}
     assert needed <= set(names)
     sketch = tmp_path / "sketch.cpp"
@@ -354,7 +355,8 @@ X86 = platform.machine() in ("x86_64", "AMD64")
 
 
 def can_fuse() -> bool:
-    """Whether this machine runs what its compiler fuses; beside x86 it does by default or never."""
+    """Whether this machine runs fused operations; except on x86, compilers fuse by default or
+    never."""
     about = Path("/proc/cpuinfo")
     return not X86 or (about.is_file() and "fma" in about.read_text())
 

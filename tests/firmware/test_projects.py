@@ -1,7 +1,7 @@
 """The example projects, each built by its own system as a user would, and run.
 
 CMake, make, PlatformIO and Arduino are the real ones. ESP-IDF and Zephyr are the real ones where
-``IDF_PATH`` or ``ZEPHYR_BASE`` is set; elsewhere a few lines of CMake stand for them.
+``IDF_PATH`` or ``ZEPHYR_BASE`` is set; elsewhere a few lines of CMake replace them.
 """
 
 from __future__ import annotations
@@ -52,7 +52,8 @@ def test_makefile_project_runs(tmp_path: Path) -> None:
 
 
 PLATFORM = {
-    # PlatformIO's registry is not a package index: its platform of this machine in ten lines.
+    # PlatformIO's registry is not a package index, so its native platform is written here in ten
+    # lines.
     "platform.json": json.dumps(
         {
             "name": "native",
@@ -76,7 +77,7 @@ PLATFORM = {
 
 
 def scons_for_platformio(core: Path) -> None:
-    """Put pip's SCons where PlatformIO keeps that of its registry."""
+    """Put pip's SCons into the folder of the one from PlatformIO's registry."""
     python = TOOLS / "scons" / "bin" / "python"
     if not python.exists():
         pip_install(TOOLS / "scons", "scons")
@@ -178,7 +179,7 @@ def test_arduino_sketch_runs_on_an_emulated_mega(tmp_path: Path) -> None:
             sketch / "axis.ino",
         ]
     )
-    # simavr continues for ever, as the sketch does: it is ended once the line is there.
+    # simavr runs forever, like the sketch: it is terminated once the line is printed.
     command = ["simavr", "-m", "atmega2560", "-f", "16000000", str(build / "axis.ino.elf")]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT) as simavr:
         limit = threading.Timer(SECONDS, simavr.kill)
@@ -217,7 +218,7 @@ endmacro()
 
 
 def idf_stand_in(folder: Path) -> Path:
-    """Write what the project asks of ESP-IDF; its IDF_PATH."""
+    """Write the parts of ESP-IDF that the project needs; returns its IDF_PATH."""
     cmake = folder / "tools" / "cmake"
     cmake.mkdir(parents=True)
     (cmake / "project.cmake").write_text(IDF_PROJECT)
@@ -265,7 +266,7 @@ target_link_libraries(app PRIVATE lostmotion zephyr_interface)
 
 
 def zephyr_stand_in(folder: Path) -> Path:
-    """Write what the project asks of Zephyr; the configuration is that of its own Kconfig."""
+    """Write the parts of Zephyr that the project needs; its Kconfig states the configuration."""
     olddefconfig = tool("olddefconfig", "kconfiglib")
     (folder / "zephyr" / "sys").mkdir(parents=True)
     (folder / "zephyr" / "sys" / "printk.h").write_text(

@@ -24,7 +24,7 @@ from lostmotion.drives import format_toml
 
 @dataclass
 class Kitchen:
-    """What a case is made from: dice, and the folder that its files go to."""
+    """Inputs of a case: random generator, and folder of its files."""
 
     dice: random.Random
     folder: Path
@@ -59,7 +59,7 @@ UNITS = (
 
 
 def odd_value(dice: random.Random, old: Any = None) -> Any:
-    """Return a value that may well be wrong; now and then one near the old."""
+    """Return a value that is probably wrong; sometimes one near the old value."""
     number = isinstance(old, (int, float)) and not isinstance(old, bool) and abs(old) < 1e300
     if number and dice.random() < 0.35:
         factor = dice.choice([-1, 0, 0.5, 0.9, 0.99, 1.01, 1.1, 2, 10, 1000, 1e-3])

@@ -1,7 +1,7 @@
 """Damaged inputs to every command: a correct result, or status 2 with one clear line.
 
 Each case takes sound files (a bought drive, a drawn one, a recording), damages one of them or an
-option, and runs a command on them. What may come of it:
+option, and runs a command on them. Permitted results:
 
 * status 0: an answer in strict JSON whose numbers are finite and consistent, nothing on standard
   error; where the damage is harmless (another line end, a byte order mark, compression, another
@@ -9,9 +9,9 @@ option, and runs a command on them. What may come of it:
 * status 2: one line on standard error with what was found and what was expected, and nothing
   written: no new file, none changed.
 
-Anything else is a failure: a traceback, a warning, another status, a half-written file, more than
-`PATIENCE_S` seconds. A case depends on the seed, its number and the commands that there are, so
-that ``damaged_inputs.py --seed 1 --only 4711`` repeats it.
+Anything else is a failure: a traceback, a warning, another status, an incomplete file, more than
+`PATIENCE_S` seconds. A case depends on the seed, its number and the existing commands, so that
+``damaged_inputs.py --seed 1 --only 4711`` repeats it.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ SKIPPED = {"demo": "reads no file", "completion": "reads no file"}
 """Commands that are left out, and why."""
 
 OUTPUTS = {"export": "params.h", "fit": "fitted.toml", "design": "run"}
-"""What a command needs in order to write, by ``-o``."""
+"""Arguments for ``-o`` that a command needs in order to write."""
 
 FILES = {
     "LOG": "DATA",
@@ -107,7 +107,7 @@ SHARES = {
     "merge": 2,
     "effects": 2,
 }
-"""How often a command is tried; the others once, for they may take a thousand times as long."""
+"""Weight of a command; all others have 1, because they may take a thousand times as long."""
 
 DATA = Path(__file__).parents[1] / "data"
 
@@ -135,7 +135,7 @@ class Case:
 
 
 def odd_option(kitchen: Kitchen, command: str) -> list[str]:
-    """Return an option with a value that may well be wrong."""
+    """Return an option with a value that is probably wrong."""
     dice = kitchen.dice
     numbers = [str(odd_value(dice, 1.0))[:50].replace("\0", "") for _ in range(3)]
     options = {
@@ -288,7 +288,7 @@ def make_case(seed: int, number: int, folder: Path) -> tuple[Case, str, str]:
             kitchen.file(f"run/{name}", content)
         options.append("--resume")
     elif command == "effects" and dice.random() < 0.3:
-        # "out_" keeps a name that is allowed away from the file that is there.
+        # "out_" separates permitted names from the existing file.
         harmless = False
         words += ["new", dice.choice(["out_", "", ""]) + str(odd_value(dice))[:300]]
         words[-1] = words[-1].replace("\0", "")
@@ -300,7 +300,7 @@ def make_case(seed: int, number: int, folder: Path) -> tuple[Case, str, str]:
     elif dice.random() < 0.02 and "--report" in commands()[command].format_help():
         options += ["--report", str(folder / "report.html")]
     if dice.random() < 0.5:
-        # What was there must stay as it is when the command refuses its input.
+        # Existing files must be unchanged if the command refuses its input.
         for option in ("answer.json", "report.html", "params.h", "fitted.toml"):
             kitchen.file(option, UNCHANGED)
     return Case([*words, *options], "; ".join(kitchen.damage), harmless), command, kind
@@ -315,7 +315,7 @@ class Impatience(Exception):
 
 @dataclass
 class Outcome:
-    """What a command did."""
+    """Outcome of a command."""
 
     status: int | str
     error: str
@@ -355,7 +355,7 @@ def run_here(argv: list[str], search_s: float = SEARCH_PATIENCE_S) -> Outcome:
 
 
 def load_bench(argv: list[str]) -> int:
-    """Load a drive and recordings as the workbench does, and state what it would say."""
+    """Load a drive and recordings like the workbench, and return its message."""
     drive, data, _, answer, *rest = argv[1:]
     if rest:
         return cli.main([*argv, "--port=x"])  # an option: it ends before any page is shown
@@ -374,7 +374,7 @@ def load_bench(argv: list[str]) -> int:
 
 
 def run_process(argv: list[str]) -> Outcome:
-    """Run a command as a process of its own."""
+    """Run a command as a separate process."""
     done = subprocess.run(
         [sys.executable, "-m", "lostmotion", *argv],
         capture_output=True,
@@ -444,7 +444,7 @@ def judge_comparison(answer: dict[str, Any]) -> str:
     for name in ("rms_arcsec", "heldout_rms_arcsec", "noise_floor_arcsec"):
         if not answer[name] >= 0:
             return f"{name} is {answer[name]}"
-    # Far below 0 where the recordings are of another unit and every fitted value at its bound.
+    # Far below 0 if the recordings have another unit and every fitted value is at its bound.
     if not answer["explained_share"] <= 1:
         return f"explained_share is {answer['explained_share']}"
     return ""
@@ -458,7 +458,7 @@ JUDGES: dict[str, Callable[[dict[str, Any]], str]] = {
 
 
 def same(answer: dict[str, Any], sound: dict[str, Any]) -> bool:
-    """Whether two answers are the same but for what names files."""
+    """Whether two answers are equal except for file names."""
 
     def bare(value: dict[str, Any]) -> str:
         kept = {key: inner for key, inner in value.items() if key not in ("findings", "folder")}
@@ -475,7 +475,7 @@ def judge(
     folder: Path,
     sound: dict[str, Any],
 ) -> str:
-    """Describe what is wrong with an outcome; nothing when all is well."""
+    """Describe the fault of an outcome; empty if there is none."""
     if outcome.trace or "Traceback" in outcome.error:
         return (outcome.trace or outcome.error).strip()
     if outcome.warnings:
@@ -519,7 +519,7 @@ def judge(
 
 
 class Bench:
-    """Runs cases, each in a folder of its own that is thrown away."""
+    """Runs cases, each in a separate temporary folder."""
 
     def __init__(self, seed: int, root: Path) -> None:
         self.seed = seed
@@ -527,7 +527,7 @@ class Bench:
         self.sound: dict[tuple[str, str], dict[str, Any]] = {}
 
     def sound_answer(self, command: str, kind: str) -> dict[str, Any]:
-        """Answer to the files before any damage."""
+        """Answer for the undamaged files."""
         if (command, kind) not in self.sound:
             folder = self.root / "sound"
             folder.mkdir()
@@ -550,7 +550,7 @@ class Bench:
     def run(
         self, number: int, *, process: bool = False, keep: bool = False
     ) -> tuple[Case, str, Any]:
-        """Run one case; return it, what is wrong with it, and its status."""
+        """Run one case; return it, its fault and its status."""
         folder = self.root / f"case{number}"
         folder.mkdir()
         try:
@@ -574,7 +574,7 @@ class Bench:
 def failures(
     seed: int, numbers: Iterator[int] | range, root: Path, process_every: int = 0
 ) -> Iterator[tuple[int, Case, str, Outcome]]:
-    """Run cases and yield each with what is wrong with it, which is nothing when all is well."""
+    """Run cases and yield each with its fault, which is empty if there is none."""
     bench = Bench(seed, root)
     for number in numbers:
         process = bool(process_every) and number % process_every == 0
@@ -583,7 +583,7 @@ def failures(
 
 
 def main() -> int:
-    """Run cases and print what fails."""
+    """Run cases and print the failures."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--cases", type=int, default=10_000)
     parser.add_argument("--first", type=int, default=0)

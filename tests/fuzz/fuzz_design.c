@@ -1,5 +1,5 @@
-/* libFuzzer: whatever the drive, the design model either refuses it and writes nothing or gives
- * clearances and a take-up that obey their own headers.
+/* libFuzzer: for any drive, the design model either refuses it and writes nothing, or gives
+ * clearances and a take-up as documented in the headers.
  *
  *   clang -g -O1 -fsanitize=fuzzer,address,undefined -ffp-contract=off -Ilib/include -Ilib
  *     tests/fuzz/fuzz_design.c lib/status.c lib/design/{drive,shape,involute,mesh,takeup}.c
@@ -23,10 +23,10 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 #define FUZZED_CONTACTS 24
 #define FUZZED_TORQUES 9
 
-/* Share of an angle that rounding may take. */
+/* Relative rounding error of an angle. */
 #define ROUNDING ((lm_real)(LM_REAL_BITS == 64 ? 1e-9 : 1e-3))
 
-/* A number between two limits; *wild tells that it is any bit pattern instead. */
+/* A number between two limits; *wild: any bit pattern instead. */
 static lm_real take_real(fuzz_input *input, double low, double high, int *wild) {
   uint16_t part;
   lm_real any;
@@ -107,7 +107,7 @@ static void check_gap(const lm_gap *gap) {
   }
 }
 
-/* A list of clearances, and the same angles one by one half a turn on. */
+/* A list of clearances, and the same angles one by one after half a turn. */
 static int check_lobe(const lm_mesh *mesh, lm_real phase, lm_clearance lobe[]) {
   const lm_real quarter = LM_PI / 2;
   lm_fault fault;
@@ -154,7 +154,7 @@ static void check_states(const lm_take_up states[], const lm_real torque[], int 
   }
 }
 
-/* What lm_coupled_take_up asks of its torques. */
+/* Requirements of lm_coupled_take_up for its torques. */
 static int rising(const lm_real torque[], int torques) {
   int i;
   for (i = 0; i < torques; i++) {
@@ -235,7 +235,7 @@ static void take_up_lobe(fuzz_input *input, const lm_drive *drive, const lm_mesh
       c->side = i % 2 == 0 ? 1 : -1;
     }
   }
-  /* Numbers that the drive gives itself are far from the last digit; others may not be. */
+  /* Numbers derived from the drive are far from the last digit; others may not be. */
   if (count > 0) {
     check_take_up(count, torque, torques,
                   drive->support.foundation_N_per_mm2 == 0 &&
@@ -282,7 +282,7 @@ static void fuzz_drive(fuzz_input *input) {
   }
 }
 
-/* --- pairs out of nowhere --- */
+/* --- random pairs --- */
 
 static void fuzz_contacts(fuzz_input *input) {
   const int count = take_byte(input) % (FUZZED_CONTACTS + 1);
@@ -302,7 +302,7 @@ static void fuzz_contacts(fuzz_input *input) {
                     LM_LOBE_TEETH_MAX, foundation.yield_mm_per_N, &fault) != LM_OK) {
     demand(wild);
   }
-  /* Each section twists as far as the ones between it and the cup, and a share of its own. */
+  /* Each section twists as far as those between it and the cup, plus its own share. */
   for (s = 0; s < foundation.sections; s++) {
     own += take_real(input, 0, 1e-8, &wild);
     for (t = s; t < foundation.sections; t++) {

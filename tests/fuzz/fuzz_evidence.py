@@ -1,4 +1,4 @@
-"""Evidence from elsewhere: values changed under a correct checksum, then merged and judged.
+"""Evidence from other sources: values changed under a correct checksum, then merged and evaluated.
 
 Every case is refused in one line or gives finite numbers. Prints how many there were.
 """
@@ -35,10 +35,10 @@ from lostmotion.evidence.merging import merge_bodies
 Saved = dict[str, npt.NDArray[Any]]
 
 KEPT = ("asymmetric_stiffness", "creep", "thermal_gap", "torque_offset", "gap by temperature")
-"""Candidates that stay: with few columns a case takes a millisecond."""
+"""Candidates that are kept: with few columns a case takes a millisecond."""
 
 FIXED_KEPT = 6
-"""Columns of the baseline model that stay."""
+"""Columns of the baseline model that are kept."""
 
 
 @cache
@@ -75,7 +75,7 @@ def sound() -> Saved:
 
 
 def damaged(dice: random.Random) -> tuple[Saved, str]:
-    """Give the evidence with one to three things changed, and what was."""
+    """Return the evidence with one to three changes, and their description."""
     saved = {name: values.copy() for name, values in sound().items()}
     said = []
     for _ in range(dice.choice([1, 1, 1, 2, 3])):
@@ -127,7 +127,7 @@ def damage_array(dice: random.Random, saved: Saved) -> str:
 
 
 def damage_about(dice: random.Random, saved: Saved) -> str:
-    """Change an entry of what is stated beside the numbers."""
+    """Change an entry of the metadata."""
     if "about" not in saved or saved["about"].dtype.kind != "U":
         return "nothing"
     try:
@@ -181,7 +181,7 @@ def finite(value: Any) -> bool:
 
 
 def judge(saved: Saved, beside: Saved | None) -> str:
-    """Merge a case, alone or beside sound evidence; state what is wrong, or nothing."""
+    """Merge a case, alone or with sound evidence; return its fault, or nothing."""
     files = ["case.npz", "sound.npz"]
     try:
         with warnings.catch_warnings():
@@ -208,7 +208,7 @@ def other() -> Saved:
 
 
 def main() -> int:
-    """Judge cases and print how many."""
+    """Evaluate cases and print their numbers."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--cases", type=int, default=2000)
     parser.add_argument("--seed", type=int, default=1)

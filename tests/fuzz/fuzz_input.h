@@ -1,4 +1,4 @@
-/* The bytes of a fuzzed input, taken one after the other; behind its end there are zeros. */
+/* The bytes of a fuzzed input, read one after the other; after its end they are zero. */
 #ifndef LOSTMOTION_TESTS_FUZZ_INPUT_H
 #define LOSTMOTION_TESTS_FUZZ_INPUT_H
 

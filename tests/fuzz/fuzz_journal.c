@@ -1,6 +1,6 @@
-/* Journals of somebody else: records whose checksums are right and whose values are anything. A
- * search resumed from one is refused, or it continues with values in range; nothing is read or
- * written out of bounds. The first byte chooses how many answers are sound before the changed one.
+/* Foreign journals: records with correct checksums and arbitrary values. A search resumed from one
+ * is refused, or it continues with values in range; nothing is read or written out of bounds. The
+ * first byte selects the number of sound answers before the changed one.
  */
 #define _POSIX_C_SOURCE 200809L
 #include <stdio.h>
@@ -60,7 +60,7 @@ static void answer_soundly(const lm_problem *problem, const lm_task *task, fuzz_
   }
 }
 
-/* Up to four values of an answer become any bits. */
+/* Up to four values of an answer get arbitrary bits. */
 static void change(lm_answer *answer, fuzz_input *from) {
   const size_t used = offsetof(lm_answer, solution) + 6 * sizeof answer->solution[0];
   int changes = 1 + take_byte(from) % 4;
@@ -82,7 +82,7 @@ static lm_status take_answer(void *context, const lm_answer *answer) {
   return lm_accept_answer(((reader *)context)->search, answer);
 }
 
-/* What was accepted can be stated: every design in range. */
+/* The accepted state can be output: every design in range. */
 static void look(lm_search *search, const lm_problem *problem) {
   static lm_solution front[64];
   lm_progress progress;
@@ -144,7 +144,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     if (answer.solution_count < 0 || answer.solution_count > LM_SOLUTION_MAX ||
         answer.member_count < 0 || answer.member_count > LM_PARENT_MAX) {
       const int known =
-          answer.id >= 0 && lm_is_answered(to.search, answer.id); /* then nothing of it is read */
+          answer.id >= 0 && lm_is_answered(to.search, answer.id); /* then it is not read */
       require(known || lm_accept_answer(to.search, &answer) != LM_OK);
       break;
     }

@@ -1,5 +1,5 @@
-/* libFuzzer: whatever the links and the plan, the tolerance functions either refuse and write
- * nothing or give figures that obey their own header.
+/* libFuzzer: for any links and plan, the tolerance functions either refuse and write nothing, or
+ * give figures as documented in the header.
  *
  *   clang -g -O1 -fsanitize=fuzzer,address,undefined -ffp-contract=off -Ilib/include
  *     tests/fuzz/fuzz_tolerance.c lib/design/tolerance.c -lm -o fuzz_tolerance
@@ -16,7 +16,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 #define FUZZED_LINKS 8
 #define FUZZED_LOG2 6
 
-/* Mostly numbers of a drawing, sometimes any bit pattern. */
+/* Mostly realistic numbers, sometimes any bit pattern. */
 static lm_real take_real(fuzz_input *input, lm_real unit) {
   int16_t whole;
   lm_real any;

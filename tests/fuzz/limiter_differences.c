@@ -4,9 +4,9 @@
  *     limiter_differences STEPS [SEED]
  *
  * Random sets of parameters (limits over six decades, any response), random headroom, random
- * targets. Whatever happens, differences of the correction over a tick stay within the limits of
- * the set in force; while LM_STATE_HEADROOM_SHORT is set, within the widest that were stated since
- * it was last clear. Prints how often; exit status 1 at the first that is not. */
+ * targets. In all cases, differences of the correction over a tick stay within the limits of the
+ * active set; while LM_STATE_HEADROOM_SHORT is set, within the widest limits that were stated since
+ * it was last clear. Prints the counts; exit status 1 at the first violation. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -135,7 +135,7 @@ int main(int count, char **word) {
     rate[0] = (x[0] - x[1]) / T;
     rate[1] = (x[0] - 2 * x[1] + x[2]) / (T * T);
     rate[2] = (x[0] - 3 * x[1] + 3 * x[2] - x[3]) / (T * T * T);
-    /* The correction is a number of its own precision: half a unit of its last digit each. */
+    /* Rounding of the correction: half a unit of its last digit for each value. */
     slack = (LM_REAL_BITS == 64 ? 2.3e-16 : 1.2e-7) * most.position;
     if (fabs(x[0]) > most.position * 1.0001 || fabs(rate[0]) > most.velocity * 1.0001 + slack / T ||
         fabs(rate[1]) > most.acceleration * 1.0001 + 2 * slack / (T * T) ||

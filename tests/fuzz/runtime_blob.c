@@ -1,5 +1,5 @@
-/* Any bytes as a parameter blob, and as a saved history: refused, or fit to run. Bytes are also put
- * behind a good header and CRC, so that the fuzzer reaches what lies behind them. */
+/* Any bytes as a parameter blob, and as a saved history: refused, or safe to run. Bytes are also
+ * put after a valid header and CRC, so that the fuzzer reaches the code after these checks. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -15,7 +15,7 @@ static void write_word(uint8_t *at, uint32_t word) {
   at[3] = (uint8_t)(word >> 24);
 }
 
-/* What was accepted must run: finite and within its limit, whatever the input. */
+/* Accepted parameters must run: finite and within their limit, for any input. */
 static void run(const lm_parameters *parameters, const uint8_t *data, size_t size) {
   static lm_compensator compensator;
   lm_saved saved;

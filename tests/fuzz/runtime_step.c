@@ -1,5 +1,5 @@
-/* Any sequence of calls with any numbers on a checked drive: every answer is finite, within the
- * limits, and the same for the same calls. The first byte chooses drive and effects. */
+/* Any sequence of calls with any numbers on a checked drive: every result is finite, within the
+ * limits, and the same for the same calls. The first byte selects drive and effects. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -9,7 +9,7 @@
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
-/* Half of the numbers are any bits, half are of a size that means something. */
+/* Half of the numbers are arbitrary bits, half have a realistic size. */
 static lm_real next_number(fuzz_input *from, lm_real size) {
   uint8_t kind = take_byte(from);
   if (kind & 1u) {
@@ -77,7 +77,7 @@ static void make_drive(lm_parameters *p, uint8_t choice) {
   require(lm_check_parameters(p, 0) == LM_OK);
 }
 
-/* The same numbers; -0 is 0, which the edge of a band at rest may turn into one another. */
+/* Equal numbers; -0 equals 0, because the edge of a band at rest may change one into the other. */
 static int is_same(const lm_memory *a, const lm_memory *b) {
   lm_real one[sizeof *a / sizeof(lm_real)];
   lm_real two[sizeof *a / sizeof(lm_real)];

@@ -19,7 +19,7 @@ from lostmotion.effects.template import template
 RUNS, ROWS = 3, 40
 
 TEMPERATURES_C = ((20, 25, 30), (15, 20, 35))
-"""Of the runs of two campaigns."""
+"""Labels of the runs of two campaigns."""
 
 # Harmonic Drive size 25, ratio above 50 (catalogue/torsional_stiffness.csv), rated 67 N m.
 BOUGHT: dict[str, Any] = {
@@ -35,7 +35,7 @@ BOUGHT: dict[str, Any] = {
     },
 }
 
-# A drive on the drawing board, size 20: every key that a file must have, and a few more.
+# A designed drive, size 20: every required key, and a few more.
 DRAWN: dict[str, Any] = {
     "drive": {"name": "joint 3", "ratio": 100, "rated_torque_Nm": 40},
     "design": {
@@ -59,12 +59,12 @@ DRAWN: dict[str, Any] = {
 
 
 def bought() -> dict[str, Any]:
-    """Give the drive that was bought."""
+    """Return the catalogue drive."""
     return copy.deepcopy(BOUGHT)
 
 
 def drawn() -> dict[str, Any]:
-    """Give the drive on the drawing board with all that a file may hold: members in each chain."""
+    """Return the designed drive with all optional parts of a file: members in each chain."""
     drive, design = copy.deepcopy(DRAWN["drive"]), copy.deepcopy(DRAWN["design"])
     design["flexspline"] |= {"wall_thickness_mm": 0.35, "length_mm": 25}
     return {
@@ -100,7 +100,7 @@ def drawn() -> dict[str, Any]:
 
 
 def spec() -> dict[str, Any]:
-    """A search that takes a moment."""
+    """A short search."""
     return {
         "drive": {"rated_torque_Nm": 40},
         "search": {
@@ -120,7 +120,7 @@ def spec() -> dict[str, Any]:
 
 @cache
 def made(what: str, kind: str = "bought", campaign: int = 0) -> dict[str, bytes]:
-    """Files that a command makes of sound ones, by name."""
+    """Files that a command makes from sound ones, by name."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         drive, data, spec_file, out = (folder / n for n in ("d.toml", "d.csv", "s.toml", "made"))
@@ -140,7 +140,7 @@ def made(what: str, kind: str = "bought", campaign: int = 0) -> dict[str, bytes]
 
 
 def fitted() -> dict[str, Any]:
-    """Give a bought drive with a fit and an effect in it."""
+    """Return a catalogue drive with a fit and an effect."""
     with tempfile.TemporaryDirectory() as name:
         file = Path(name) / "fitted.toml"
         file.write_bytes(made("fitted")["fitted.toml"])
@@ -152,12 +152,12 @@ DRIVES = {"bought": bought, "drawn": drawn, "fitted": fitted}
 
 
 def sound_drive(kind: str) -> str:
-    """Give a drive file."""
+    """Return a drive file."""
     return format_toml(DRIVES[kind]())
 
 
 def sound_file(file: str, kind: str, place: int = 0) -> bytes:
-    """Give a file of a kind, for a drive of a kind; `place` tells two of a command apart."""
+    """Return a file of a kind, for a drive of a kind; `place` distinguishes a command's files."""
     if file == "EVIDENCE":
         return made("evidence", kind, place)["one.npz"]
     if file == "OWN":

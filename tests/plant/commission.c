@@ -2,9 +2,10 @@
  * commission sound SEED=BLOB ...      runs the commissioning routine on these axes: each is sound
  * commission faults SEED=BLOB ...     the same axes with each fault in turn: each has to be named
  *
- * Seed 0 is the plant as it is; another one draws the joint, its load, its pose, its encoders, its
- * position loop and what is known of all this. BLOB: what `lostmotion export` made of the sheet.
- * Exit status 1 where a sound axis is refused, or a fault is not found or gets another's name. */
+ * Seed 0 is the nominal plant; any other seed draws the joint, its load, pose, encoders and
+ * position loop, and the errors of their known values. BLOB: output of `lostmotion export` for the
+ * sheet. Exit status 1 if a sound axis is refused, or a fault is not found or is reported as
+ * another one. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -17,7 +18,7 @@
 
 #define ARCMIN (3.14159265358979323846 / 10800)
 #define RING_RAD 4e-5   /* peak to peak: 8 arcsec */
-#define MOVED_RAD 0.052 /* that the routine may move a sound axis: travel, wind-up, correction */
+#define MOVED_RAD 0.052 /* permitted motion of a sound axis: travel, wind-up, correction */
 #define END_S 60.0
 #define FILTER_RAD_S 600.0
 #define REVERSAL_RAD_S 0.01
@@ -31,7 +32,7 @@ typedef struct axis {
   plant_make make;
   double ratio, rated_Nm, gravity_Nm, pose_rad;
   double output_noise_rad, torque_noise_Nm, period_s;
-  double gravity_known, friction_known, sheet_off; /* factors on what is known */
+  double gravity_known, friction_known, sheet_off; /* factors on the known values */
   double position_gain, speed_gain, integral;
   int has_output, has_sensor;
 } axis;
@@ -117,7 +118,7 @@ static void print_sheet(const axis *a) {
   printf("# period_us = %.0f\n", a->period_s * 1e6);
 }
 
-/* What is wrong with the host, and what the routine has to say of it. */
+/* A fault of the host, and the required finding of the routine. */
 typedef enum fault {
   NOTHING,
   DAMAGED_PARAMETERS,
@@ -191,7 +192,7 @@ static const struct {
     {"the host ends it with a correction on", COMMISSIONING_ABORTED, 0},
 };
 
-/* The drive round the joint: cascade on the motor's encoder, feed-forward. */
+/* The drive around the joint: cascade on the motor encoder, feed-forward. */
 typedef struct host {
   const axis *a;
   fault wrong;
@@ -201,7 +202,7 @@ typedef struct host {
   int64_t tick;
 } host;
 
-/* Angle of the motor as the host sees it on the output side. */
+/* Motor angle of the host, referred to the output. */
 static double host_angle(const host *h, const plant *joint) {
   return plant_motor_encoder(joint) * h->a->ratio / h->known_ratio;
 }
@@ -242,7 +243,7 @@ static double host_torque(host *h, const plant *joint, const commissioning_outpu
   }
 }
 
-/* What the motor pushes with, N m on the output side of the true ratio. */
+/* Torque of the motor, N m, referred to the output by the true ratio. */
 static double host_push(host *h, const plant *joint, const commissioning_output *wish,
                         double correction_rad) {
   const axis *a = h->a;
@@ -278,7 +279,7 @@ static double host_push(host *h, const plant *joint, const commissioning_output 
   return clip(push_Nm, 2.5 * a->rated_Nm) * a->ratio / h->known_ratio;
 }
 
-/* How far the axis was really moved, and how hard loaded, beside what the header promises. */
+/* True motion and load of the axis, compared with the bounds in the header. */
 typedef struct outcome {
   commissioning_finding finding;
   uint32_t unchecked;
@@ -315,7 +316,7 @@ static outcome run(const axis *a, const lm_parameters *good, fault wrong) {
     parameters.limits.velocity_rad_s = -1;
   }
   set = commissioning_suggest(&parameters, (float)h.known_ratio);
-  set.friction_Nm = (float)(0.3 * a->make.coulomb_Nm); /* what of it is not known */
+  set.friction_Nm = (float)(0.3 * a->make.coulomb_Nm); /* unknown part of it */
   set.shake_rad *= a->has_output ? 1.0f : 2.0f;
   set.ratio *= wrong == STATED_RATIO ? 1.25f : wrong == STATED_SIGN ? -1.0f : 1.0f;
   set.headroom.correction_rad *= wrong == NO_ROOM ? 0.1f : 1.0f;
@@ -346,7 +347,7 @@ static outcome run(const axis *a, const lm_parameters *good, fault wrong) {
                                      a->make.rotor_kgm2 * (double)out.acceleration_rad_s2));
     now.conditions = (lm_conditions)LM_CONDITIONS_UNKNOWN;
     now.conditions.torque_Nm = (float)told_Nm;
-    if (h.tick < settle) { /* the drive comes up, closes its loop and stands */
+    if (h.tick < settle) { /* the drive starts, closes its loop and comes to rest */
       start_rad = plant_output(&joint);
       start_Nm = joint.shaft_Nm;
     } else {
@@ -384,7 +385,7 @@ static outcome run(const axis *a, const lm_parameters *good, fault wrong) {
   return result;
 }
 
-/* Whether the axis rings with the correction on: pushed once, it does not come to rest. */
+/* Whether the axis rings with the correction on: after a push it does not come to rest. */
 static int rings(const axis *noisy, const lm_parameters *parameters) {
   axis quiet = *noisy;
   const axis *a = &quiet;
@@ -431,10 +432,10 @@ static int judge(unsigned seed, const axis *a, const lm_parameters *parameters, 
   int fine =
       got.left_rad == 0 && (wrong != NOTHING || got.moved_rad < MOVED_RAD) &&
       (got.finding == faults[wrong].finding ||
-       /* The bounds come first where the load is heavy. */
+       /* With a heavy load the bounds are reached first. */
        (wrong == TORQUE_FIVEFOLD &&
         (got.finding == COMMISSIONING_TORQUE_BOUND || got.finding == COMMISSIONING_RANGE)) ||
-       /* Without a load its noise is what shows. */
+       /* Without a load only its noise is visible. */
        (wrong == TORQUE_MILLI && got.finding == COMMISSIONING_TORQUE_NOISE) ||
        (wrong == COLLISION && got.finding == COMMISSIONING_FOLLOW) ||
        (wrong == RAW_SENSOR && (got.finding == COMMISSIONING_TORQUE_NOISE ||
@@ -474,7 +475,7 @@ int main(int count, char **word) {
     for (wrong = 1; wrong < FAULTS; ++wrong) {
       axis b = a;
       b.has_output = a.has_output || faults[wrong].needs_output;
-      if (wrong == OUTPUT_LOOP || wrong == COMPENSATES) { /* found where the load changes */
+      if (wrong == OUTPUT_LOOP || wrong == COMPENSATES) { /* found if the load changes */
         b.gravity_Nm = 0.7 * a.rated_Nm;
         b.pose_rad = 0.3;
       }

@@ -1,9 +1,9 @@
 /* coverage BLOB
  *
- * How much of each kind of fault the runtime's own checks find: the table of the safety note. Every
- * single flipped bit, and random damage, of parameters and of a saved history; every input that is
- * not a number; ticks left out; misuse on ordinary duty (duty.h); and bits flipped in a running
- * instance, which nothing checks. */
+ * Share of each kind of fault that the checks of the runtime find: the table of the safety note.
+ * Every single flipped bit, and random damage, of parameters and of a saved history; every input
+ * that is NaN or infinite; skipped ticks; misuse in ordinary duty (duty.h); and flipped bits in a
+ * running instance, which are not checked. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -30,7 +30,8 @@ static void row(const char *what, long found, long of) {
   printf("| %s | %ld of %ld |\n", what, found, of);
 }
 
-/* Up to 8 bits, or a burst of up to 32 bits in which each is another with even chance. */
+/* Up to 8 bits, or a burst of up to 32 bits, each of which changes with a probability of one half.
+ * */
 static void damage(uint8_t *bytes, size_t length) {
   uint32_t k;
   if (draw(2)) {
@@ -160,7 +161,7 @@ static void misused(const lm_parameters *parameters) {
   }
 }
 
-/* Nothing checks the memory of a running instance; its limiter bounds what comes of it. */
+/* The memory of a running instance is not checked; its limiter bounds the effect. */
 static void flipped_bits(const lm_parameters *parameters) {
   long within = 0;
   long back = 0;
@@ -170,7 +171,7 @@ static void flipped_bits(const lm_parameters *parameters) {
     lm_compensator good;
     lm_correction now = {0, 0, 0, 0, 0};
     lm_correction right = {0, 0, 0, 0, 0};
-    /* Not the pointer to the parameters, which stands first. */
+    /* Except the pointer to the parameters, which is the first member. */
     uint32_t at = draw((uint32_t)(sizeof c - sizeof(void *)) * 8) + (uint32_t)sizeof(void *) * 8;
     int bounded = 1;
     int i;
@@ -190,7 +191,7 @@ static void flipped_bits(const lm_parameters *parameters) {
   }
   row("a bit flipped in a running instance, correction stays within `correction_rad`", within,
       FLIPS);
-  /* In steps of 5 %: which bits are drawn depends on the layout of the struct. */
+  /* In steps of 5 %, because the drawn bits depend on the layout of the struct. */
   printf("| the same, correction valid again after half a second of motion | at least %ld %% |\n",
          back * 20 / FLIPS * 5);
 }

@@ -4,7 +4,7 @@
 
 #include <stdint.h>
 
-static uint64_t state; /* to be set to anything but 0 */
+static uint64_t state; /* any value except 0 */
 
 /* xorshift64*; the upper 53 bits. */
 static inline double draw(double low, double high) {

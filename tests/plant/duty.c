@@ -12,7 +12,7 @@
 #define GRAVITY_OFF 0.05      /* of the load as it is known, rms over tasks */
 #define TEMPERATURE_OFF_K 3.0 /* rms */
 
-/* A task: go somewhere, then stand, hover or jog there. */
+/* A task: move to a position, then rest, hover or jog there. */
 typedef struct task {
   double from_rad, to_rad, move_s, stay_s, unrest_rad, unrest_rad_s, jog_rad, gravity_share;
 } task;

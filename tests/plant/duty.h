@@ -1,12 +1,12 @@
-/* Hours of ordinary duty for the watch: moves, dwells, hover and jogs at random, with torque,
- * temperature and encoders as wrong as they usually are. */
+/* Hours of ordinary duty for the watch: random moves, dwells, hovering and jogs, with the usual
+ * errors of torque, temperature and encoders. */
 #ifndef LOSTMOTION_TESTS_PLANT_DUTY_H
 #define LOSTMOTION_TESTS_PLANT_DUTY_H
 
 #include "lostmotion/runtime.h"
 
-/* What is wrong beyond the usual: the torque told is this times the true one (1: nothing; -1: the
- * sign; 2.5: another drive), or the drive compensates by itself, so that no lost motion is
+/* Errors beyond the usual ones: the stated torque is this factor times the true one (1: no error;
+ * -1: wrong sign; 2.5: another drive), or the drive compensates itself, so that no lost motion is
  * measured. */
 typedef struct misuse {
   double torque_factor;

@@ -1,10 +1,10 @@
 /* The gap profile against a constant width with the same ramp, on a table that turns about a
  * vertical axis: no load but friction, so that every reversal crosses the gap of the drive.
  *
- *     plant_gap            prints one table; exit status 1 where the gap profile with its default
- *                          dead band does worse than the constant width
+ *     plant_gap            prints one table; exit status 1 if the gap profile with its default dead
+ *     band is worse than the constant width
  *
- * The parameters are what `lostmotion export --profile gap` makes of the plant's lost motion.
+ * The parameters are those of `lostmotion export --profile gap` for the lost motion of the plant.
  * Friction of the output, an outside torque of the plant, takes the gap up at each reversal. */
 #include <math.h>
 #include <stdio.h>
@@ -22,7 +22,7 @@
 #define NOISE_RAD ARCSEC /* a little more than a step of the motor's encoder */
 
 typedef struct step {
-  double seconds, to_gaps, to_rad; /* where to: gaps of the drive, and radians */
+  double seconds, to_gaps, to_rad; /* target: in gaps of the drive, and in radians */
 } step;
 
 typedef struct scenario {

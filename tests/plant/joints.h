@@ -1,5 +1,5 @@
-/* The joints that the compensator is tried on: of one equation (plant.h), and otherwise as unlike
- * as robots' joints are. */
+/* The joints with which the compensator is tested: they have one equation (plant.h) and otherwise
+ * differ as much as joints of robots do. */
 #ifndef LOSTMOTION_TESTS_PLANT_JOINTS_H
 #define LOSTMOTION_TESTS_PLANT_JOINTS_H
 
@@ -9,8 +9,8 @@ typedef struct joint_kind {
   const char *name;
   plant_make make;
   double rated_Nm, gravity_Nm; /* arm level */
-  /* By how much two runs differ that should not: where a loop at rest stands within its encoder's
-   * counts is chance. */
+  /* Difference of two runs that should be equal: the position of a loop at rest within a count of
+   * its encoder is random. */
   double tolerance_rad;
   double resonance_Hz; /* as the host knows it, motor held */
   /* the position loop */
@@ -22,10 +22,10 @@ enum { JOINTS = 3 };
 /* 0: the joint of plant_start. */
 const joint_kind *joint_of(int number);
 
-/* Null where there is none of that name. */
+/* Null if there is none of that name. */
 const joint_kind *find_joint(const char *name);
 
-/* At rest, arm hanging, nothing wound up. */
+/* At rest, arm hanging, gear not wound up. */
 void start_joint(plant *joint, const joint_kind *kind);
 
 #endif

@@ -203,7 +203,7 @@ double loop_tick(loop *l, const plant *joint, const command *wish, int closed) {
     l->wish_rad_s = 0;
     return 0;
   }
-  /* Where the loop closes on the output, the correction is a feed-forward of the motor alone. */
+  /* If the loop closes on the output, the correction is only a feed-forward of the motor. */
   error_rad = l->known.output_loop ? wish->angle_rad - plant_output(joint)
                                    : wish->angle_rad + l->correction_rad - measured_rad;
   feed_rad_s = wish->velocity_rad_s + l->correction_rad_s;

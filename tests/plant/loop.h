@@ -1,5 +1,5 @@
-/* The position loop of a drive round the plant: cascade on the motor's encoder, feed-forward, one
- * of four compensations, and where the library gets its torque from. */
+/* The position loop of a drive around the plant: cascade on the motor encoder, feed-forward, one of
+ * four compensations, and the source of the torque for the library. */
 #ifndef LOSTMOTION_TESTS_PLANT_LOOP_H
 #define LOSTMOTION_TESTS_PLANT_LOOP_H
 
@@ -14,27 +14,28 @@ typedef enum method { METHOD_NONE, METHOD_CONSTANT, METHOD_TABLE, METHOD_LIBRARY
 
 typedef enum torque_source {
   FROM_MODEL,      /* gravity and inertia of the command, gravity 2 % off */
-  FROM_SENSOR,     /* the model's, and slowly what a sensor finds beyond it (torque.h) */
-  FROM_RAW_SENSOR, /* as it comes, with its noise */
+  FROM_SENSOR,     /* that of the model, plus the slowly filtered difference measured by a sensor
+  (torque.h) */
+  FROM_RAW_SENSOR, /* unfiltered, with its noise */
   FROM_CURRENT,    /* estimated, filtered and held (torque.h) */
-  FROM_RAW_CURRENT /* what the motor pushes with */
+  FROM_RAW_CURRENT /* torque of the motor */
 } torque_source;
 
 typedef struct command {
   double angle_rad, velocity_rad_s, acceleration_rad_s2;
 } command;
 
-/* What is known of the joint, and what of it is wrong. */
+/* Known values of the joint, and their errors. */
 typedef struct knowledge {
   const joint_kind *kind;
   const lm_parameters *parameters;
   const double *table_rad; /* true mean curve, to 1.5 times the rated torque in steps of 1/40 */
   double half_width_rad;   /* of the constant width */
-  double gravity_share;    /* of the gravity that is true */
-  double torque_factor;    /* on what library and table are stated */
+  double gravity_share;    /* of the true gravity */
+  double torque_factor;    /* on the stated values of library and table */
   double temperature_off_K;
   int output_loop; /* the position loop closes on an encoder at the output */
-  double error_Nm; /* by how much the torque may be wrong, as the library is told; 0: not */
+  double error_Nm; /* largest error of the torque as declared to the library; 0: not declared */
 } knowledge;
 
 typedef struct loop {
@@ -56,18 +57,18 @@ typedef struct loop {
   int64_t first_fade; /* tick of the first LM_STATE_FADED, or -1 */
 } loop;
 
-/* Power-up with the loop open. Exits where the parameters are refused. */
+/* Power-up with the loop open. Exits if the parameters are refused. */
 void loop_start(loop *l, method how, torque_source source, const knowledge *known, double rate_Hz,
                 const plant *joint);
 
-/* Where the output is, as the drive reports it. */
+/* Output angle as reported by the drive. */
 double loop_reported(const loop *l, const plant *joint);
 
 /* One tick; `closed` 0: the motor is braked or off, the compensation runs on. Returns the motor's
  * torque. */
 double loop_tick(loop *l, const plant *joint, const command *wish, int closed);
 
-/* Power-down and power-up: what the library remembers goes through lm_saved. */
+/* Power-down and power-up: the history of the library is stored in lm_saved. */
 void loop_power_cycle(loop *l, const plant *joint, const command *wish);
 
 #endif

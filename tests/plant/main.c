@@ -7,8 +7,8 @@
  *                         that a wrong sign, another drive and a drive that compensates already
  * take
  *
- * Errors are those of the output, arcsec rms over the scored time. Exit status 1 where the library
- * does worse than nothing, rings, or, on the standard joint, stays more than a tenth behind the
+ * Errors are those of the output, arcsec rms over the scored time. Exit status 1 if the library is
+ * worse than no compensation, rings or, on the standard joint, is more than a tenth worse than the
  * best of the others in a case that is not marked as known. */
 #include <math.h>
 #include <stdio.h>
@@ -23,7 +23,7 @@
 #define ARCSEC (PI / 648000)
 #define STEPS 10 /* of a motion at most */
 #define BRAKE_S 1.0
-#define RING_RAD (8 * ARCSEC) /* unrest of a standing output, peak to peak, that is no ringing */
+#define RING_RAD (8 * ARCSEC) /* of an output at rest, peak to peak: not ringing */
 #define CLOSE (1.1)           /* within 10 % of the best */
 
 typedef struct step {
@@ -107,14 +107,14 @@ static const scenario sweep = {
 
 typedef struct trial {
   const scenario *what;
-  const char *wrong; /* what is wrong, or nothing */
+  const char *wrong; /* the fault, or none */
   torque_source source;
   double gravity_share, torque_factor, temperature_off_K, temperature_C;
   int output_loop;
   int known_worse; /* than the best of the others: listed with its reason in the documentation */
-  double told; /* how wrong the torque may be, as the library is told, in the sensor's noise or in
-                * 1.3 times the motor's friction at rest; 0: not */
-  double ripple_rad; /* of the gear, which the parameters know to 10 % */
+  double told; /* largest error of the torque as declared to the library, in units of the sensor's
+  noise or of 1.3 times the motor's friction at rest; 0: not declared */
+  double ripple_rad; /* of the gear, known to 10 % in the parameters */
 } trial;
 
 static const trial trials[] = {
@@ -214,7 +214,7 @@ static int within(double time_s, double from_s, double length_s) {
   return from_s > 0 && time_s >= from_s && time_s < from_s + length_s;
 }
 
-/* A correction that does harm is found by what it does. */
+/* A harmful correction is detected by its effect. */
 #define CAUGHT_S 5.0
 
 static score run(const trial *t, method how, double rate_Hz, knowledge known) {
@@ -231,7 +231,7 @@ static score run(const trial *t, method how, double rate_Hz, knowledge known) {
   int64_t k;
   double low = 1e9;
   double high = -1e9;
-  double offset_rad = 0; /* of the command, where it began anew at the reported angle */
+  double offset_rad = 0; /* of the command, when it restarts at the reported angle */
   double closed_at_rad = 0;
   double closed_at_s = -10;
   double from_s = fmax(what->from_s, t->torque_factor != 1 ? CAUGHT_S : 0);
@@ -286,7 +286,7 @@ static score run(const trial *t, method how, double rate_Hz, knowledge known) {
     }
     was_closed = !braked;
     if (!braked) {
-      /* What differs from the plan is made up for slowly. */
+      /* Differences from the plan are corrected slowly. */
       double decay = exp(-fmax(time_s - closed_at_s - 0.3, 0) / 0.1);
       wish.angle_rad += offset_rad * decay;
       if (time_s - closed_at_s < 0.25 && k * period_s > 0.5) {
@@ -407,9 +407,9 @@ static int bench(const joint_kind *kind) {
   return 0;
 }
 
-/* At most one false alarm in 1000 hours, and misuse within seconds of the first lost motion that is
- * plainly more than misfit_rad. A drive that is twice as soft as it is said to be is on the border
- * to one that is compensated for better than not at all, and takes longest. */
+/* At most one false alarm in 1000 hours; misuse is found within seconds of the first lost motion
+ * that is clearly above misfit_rad. A drive that is twice as soft as stated is at the limit at
+ * which compensation is better than none, and takes longest. */
 static int duty(const lm_parameters *parameters, double hours) {
   static const struct {
     misuse what;

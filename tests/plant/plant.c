@@ -50,7 +50,7 @@ double plant_motor_encoder(const plant *joint) {
   return floor(joint->motor_rad / count_rad) * count_rad;
 }
 
-/* The angle at which an eccentric sees its centre: a sine with a fifth of the second harmonic. */
+/* Angle of an eccentric as seen from its centre: a sine with a fifth of the second harmonic. */
 static double ripple(const plant *joint) {
   double phase = 2 * joint->make.ratio * joint->motor_rad;
   return joint->make.ripple_rad > 0 ? joint->make.ripple_rad * sin(phase) / (1 + 0.2 * cos(phase))
@@ -118,7 +118,7 @@ void plant_step(plant *joint, double motor_Nm) {
   rub(joint, joint->twist_rad_s * PLANT_STEP_S);
 }
 
-/* Newton's way would need the friction's slope; a thousand small turns need nothing. */
+/* Newton's method would need the slope of the friction; a thousand small steps do not. */
 double plant_bench(plant *joint, double torque_Nm, double turn_rad) {
   int rising = spring(joint) + joint->friction_Nm < torque_Nm;
   while ((spring(joint) + joint->friction_Nm < torque_Nm) == rising) {

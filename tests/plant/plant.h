@@ -1,5 +1,5 @@
-/* A joint to try the compensator on that shares no formula with the library: everything is a
- * differential equation in the twist of the gear, integrated in double precision.
+/* A joint for tests of the compensator that shares no formula with the library: a differential
+ * equation in the twist of the gear, integrated in double precision.
  *
  *     twist = output angle - motor angle / ratio
  *     gear:   T = k1 s + k3 s^3 + F + c twist'        s = twist less ripple, beyond the dead zone
@@ -21,7 +21,7 @@
 #define PLANT_RATED_NM 40.0
 #define PLANT_STEP_S 2.5e-5
 
-/* What the joint is made of; plant_start takes that of the numbers above and of plant.c. */
+/* Components of the joint; plant_start uses the numbers above and those of plant.c. */
 typedef struct plant_make {
   double dead_rad; /* half the dead zone at 20 degrees C */
   double stiffness_Nm_per_rad, cubic_Nm_per_rad3, damping_Nms;
@@ -41,14 +41,14 @@ typedef struct plant {
   double bristle_rad; /* LuGre */
   double dahl_Nm;
   double friction_Nm; /* Bouc-Wen */
-  double shaft_Nm;    /* what the gear bears */
+  double shaft_Nm;    /* torque of the gear */
   double gravity_Nm;  /* of this load, the arm level */
   double temperature_C;
   double outside_Nm; /* on the output */
   int braked;        /* the motor is held */
 } plant;
 
-/* At rest, arm hanging, nothing wound up. */
+/* At rest, arm hanging, gear not wound up. */
 void plant_start(plant *joint);
 
 /* One PLANT_STEP_S with a torque of the motor. */
@@ -59,8 +59,8 @@ double plant_output(const plant *joint);
 /* Counts of the motor's encoder, as an angle of the output side, rad. */
 double plant_motor_encoder(const plant *joint);
 
-/* The gear on a bench, motor locked, wound slowly to a torque, in turns of turn_rad: the twist that
- * it takes. */
+/* The gear on a bench, motor locked, wound slowly to a torque in steps of turn_rad; returns the
+ * twist. */
 double plant_bench(plant *joint, double torque_Nm, double turn_rad);
 
 #define PLANT_TURN_RAD 2e-8

@@ -1,7 +1,7 @@
 """The compensator on a joint with independent equations: build, fit, run every case.
 
-The way of the product: the plant's bench recording is fitted by ``lostmotion fit``, exported by
-``lostmotion export`` with nothing stated but period and resonance, and loaded as a blob.
+The same steps as for a user: the plant's bench recording is fitted by ``lostmotion fit``, exported
+by ``lostmotion export`` with only period and resonance stated, and loaded as a blob.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ lost_motion_arcmin = 0.5
 
 @dataclass(frozen=True)
 class Joint:
-    """What a drive's sheet and a look at the joint (``joints.c``) tell of it."""
+    """Values from the data sheet and from the joint (``joints.c``)."""
 
     ratio: int
     rated_Nm: float
@@ -117,7 +117,7 @@ def run(program: Path, what: str, arguments: list[str]) -> tuple[int, str]:
 
 
 def judge_joints(names: list[str]) -> int:
-    """Print every case of these joints; 1 where one is worse than none or rings."""
+    """Print every case of these joints; 1 if one is worse than no compensation or rings."""
     failed = 0
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

@@ -1,4 +1,4 @@
-"""The commissioning routine on sound and on faulty axes: joints of the plant with drawn numbers."""
+"""The commissioning routine on sound and faulty axes: joints of the plant with random values."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ FAULTS = 30  # in commission.c
 
 @pytest.fixture(scope="module")
 def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The program, beside which the blobs of the axes are put."""
+    """The program; the blobs of the axes are in the same folder."""
     made = tmp_path_factory.mktemp("commission") / "commission"
     examples = plant_table.ROOT / "firmware_examples"
     sources = [
@@ -36,7 +36,7 @@ def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def blob_of(program: Path, seed: int) -> str:
-    """SEED=BLOB of an axis: what `export` makes of its catalogue sheet."""
+    """SEED=BLOB of an axis: output of `export` for its catalogue sheet."""
     sheet, blob = program.parent / f"{seed}.toml", program.parent / f"{seed}.bin"
     if not blob.exists():
         done = subprocess.run([program, "sheet", str(seed)], capture_output=True, check=True)
@@ -48,7 +48,7 @@ def blob_of(program: Path, seed: int) -> str:
 
 
 def say(program: Path, what: str, seeds: range) -> tuple[int, list[str]]:
-    """Exit status, and a line a run."""
+    """Exit status, and one line per run."""
     command = [program, what, *(blob_of(program, seed) for seed in seeds)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     return done.returncode, (done.stdout + done.stderr).splitlines()

@@ -14,7 +14,7 @@ import pytest
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[str]]:
-    """The program, and each blob behind its rate."""
+    """The program, and each blob with its rate."""
     folder = tmp_path_factory.mktemp("plant")
     program = plant_table.build(folder)
     return program, plant_table.export(folder, program, [1, 10])
