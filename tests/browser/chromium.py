@@ -41,11 +41,11 @@ workers = 1
 [search.limits]
 safety_factor_min = 1.0
 """
-"""A search of some seconds with three objectives."""
+"""A search of a few seconds with three objectives."""
 
 
 def open_page(page: Path, width: int, profile: Path) -> tuple[str, list[str]]:
-    """Open a page without a network; what it became, and what the browser complained of."""
+    """Open a page without a network; returns its content and the errors of the browser."""
     done = subprocess.run(
         [
             str(BROWSER),

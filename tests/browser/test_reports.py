@@ -105,7 +105,7 @@ def test_a_report_is_written_for_people(folder: Path, name: str) -> None:
     page = (folder / f"{name}.html").read_text().partition("<footer>")[0]
     page = re.sub(r"<(script|style)\b.*?</\1>", "", page, flags=re.DOTALL)
     text = re.sub(r"<[^>]*>", "\n", re.sub(r'"data:[^"]*"', '""', page))
-    # A checksum is no number: it may have a digit on either side of an e, or begin with zeros.
+    # A checksum is not a number: it may have a digit on either side of an e, or begin with zeros.
     text = re.sub(rf"({CHECKSUM}\s+)[0-9a-f]{{8}}\n", r"\1\n", text)
     for what, pattern in FOR_MACHINES.items():
         assert [line for line in text.splitlines() if re.search(pattern, line)] == [], what

@@ -22,10 +22,10 @@ from chromium import BROWSER, DRIVER, SPEC, TESTS, WIDTHS, needs_driver
 from workbench_server import answer, opener, serving
 
 PATIENCE_S = 600.0
-"""For a diagnosis on a machine that does other things too."""
+"""Time limit of a diagnosis on a busy machine."""
 
 NOISE_ARCSEC = 1.5
-"""Of the angle, as the rig writes it."""
+"""Noise of the angle in the campaign of the rig."""
 
 TABS = (
     "Drive",
@@ -64,7 +64,7 @@ def campaign(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 class View:
-    """The browser, with the few things that a user does."""
+    """The browser, with the actions of a user."""
 
     def __init__(self, driver: Any, downloads: Path) -> None:
         self.driver = driver
@@ -77,12 +77,12 @@ class View:
         )
 
     def scheme(self, name: str) -> None:
-        """Prefer light or dark, as the settings of a system do."""
+        """Prefer light or dark mode, like the settings of a system."""
         features = [{"name": "prefers-color-scheme", "value": name}]
         self.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": features})
 
     def wait(self, what: Callable[[], Any], why: str) -> Any:
-        """Wait until something holds; elements that were drawn anew meanwhile are no harm."""
+        """Wait until a condition holds; elements may be redrawn meanwhile."""
         from selenium.common.exceptions import WebDriverException
 
         end = time.monotonic() + PATIENCE_S
@@ -102,7 +102,7 @@ class View:
         return str(found[0].text) if found else ""
 
     def press(self, label: str, selector: str = "button") -> None:
-        """Click what has a text, once it can be clicked."""
+        """Click the element with a text, once it can be clicked."""
 
         def click() -> bool:
             for one in self.all(selector):
@@ -119,7 +119,7 @@ class View:
             return any(p.is_displayed() for p in self.all(f"section[aria-label='{tab}']"))
 
         def turned() -> bool:
-            # A page that is just being drawn anew swallows a click; anybody clicks again.
+            # A page that is being redrawn ignores a click; a user clicks again.
             self.press(tab, ".q-tab")
             end = time.monotonic() + 5.0
             while not shown() and time.monotonic() < end:
@@ -129,7 +129,7 @@ class View:
         self.wait(turned, tab)
 
     def type(self, label: str, text: str) -> None:
-        """Write into the field that is called so, as with the keyboard."""
+        """Write into the field with a label, as with the keyboard."""
         from selenium.webdriver.common.keys import Keys
 
         def write() -> bool:
@@ -208,7 +208,7 @@ def test_a_hidden_effect_is_found_added_and_exported(
         view.wait(lambda: view.text("#verdict") == "Missing: thermal gap.", "the verdict")
         view.idle()
 
-        # --- ticked, and the error falls; undone, and it is back
+        # --- ticked: the error falls; undone: it is restored
         view.wait(lambda: view.all("#tick-kinematic_error"), "the list")[0].click()
         view.wait(lambda: "kinematic error" in view.text(".rail"), "an effect that is not there")
         view.idle()
@@ -223,13 +223,13 @@ def test_a_hidden_effect_is_found_added_and_exported(
         assert after == pytest.approx(NOISE_ARCSEC, rel=0.1)
         assert "+ thermal gap" in view.all("#ladder")[0].get_attribute("textContent")
 
-        # --- two that could be confused
+        # --- two confounded effects
         view.turn_to("Confounded")
         view.press("Compare")
         view.wait(lambda: "separated by" in view.text("#rivals").lower(), "the two effects")
         view.idle()
 
-        # --- what the controller gets is what the commands make
+        # --- the controller's files equal those of the commands
         view.turn_to("Export")
         view.press("params.h")
         header = view.downloads / "params.h"
@@ -291,7 +291,7 @@ def test_a_page_that_was_busy_or_asleep_stands_as_it_was_left(view: View, tmp_pa
         view.driver.execute_script(
             "const end = Date.now() + arguments[0]; while (Date.now() < end);", 15_000
         )
-        time.sleep(5)  # what was lost would be drawn anew by now
+        time.sleep(5)  # lost elements would have been redrawn by now
         assert view.driver.execute_script(
             "return [...document.querySelectorAll('input')].map(one => one.value)"
         ).count("half-written.toml") == 1  # fmt: skip
@@ -385,7 +385,7 @@ return [...document.querySelectorAll('button, input:not([type=file]), a[href], [
   return !label;
 }).map(e => e.outerHTML.slice(0, 200));
 """
-"""Controls that a screen reader could not name."""
+"""Controls without a name for a screen reader."""
 
 
 @needs_driver
@@ -395,7 +395,7 @@ def test_the_example_is_loaded_and_explored_by_the_keyboard_alone(
     from selenium.webdriver.common.keys import Keys
 
     def focus_on(name: str) -> Any:
-        """Press TAB until what is called so has the focus."""
+        """Press TAB until the element with a name has the focus."""
         for _ in range(60):
             view.driver.switch_to.active_element.send_keys(Keys.TAB)
             active = view.driver.switch_to.active_element
@@ -437,7 +437,7 @@ while (walk.nextNode()) {
 }
 return [out, document.documentElement.scrollWidth, width];
 """
-"""Boxes of every line of text that can be seen."""
+"""Boxes of every visible line of text."""
 
 CUT = """
 return [...document.querySelectorAll('body *')].filter(e => {
@@ -451,7 +451,7 @@ return [...document.querySelectorAll('body *')].filter(e => {
 
 
 def overlapping(boxes: list[list[Any]]) -> list[tuple[str, str]]:
-    """Pairs of texts that lie on each other by more than their line's own slack."""
+    """Pairs of texts that overlap by more than the slack of a line."""
     found = []
     for a, b in itertools.combinations(boxes, 2):
         across = min(a[2], b[2]) - max(a[0], b[0])
@@ -496,7 +496,7 @@ def test_nothing_is_cut_off_or_overlaps_at_either_width(
         for width in WIDTHS:
             view.size(width)
             look("Refused", width)
-        view.driver.get("about:blank")  # or it would complain that the server ends
+        view.driver.get("about:blank")  # otherwise it reports that the server ends
     with serving(tmp_path, campaign / "joint.toml", campaign / "joint.csv.gz") as address:
         view.driver.get(address)
         view.turn_to("Effects")
@@ -602,7 +602,7 @@ def test_without_its_library_one_line_says_how_to_get_it(tmp_path: Path) -> None
 
 @pytest.fixture(scope="module")
 def axe(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """The accessibility checker axe-core, out of npm's registry."""
+    """The accessibility checker axe-core from npm's registry."""
     if shutil.which("npm") is None:
         pytest.skip("npm not installed: axe-core comes from its registry")
     folder = tmp_path_factory.mktemp("axe")
@@ -623,7 +623,7 @@ const done = arguments[0];
 axe.run({runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa']}).then(result => done(
   result.violations.map(one => one.id + ': ' + one.nodes.map(node => node.html).join(' ... '))));
 """
-"""What violates the guidelines for accessible pages (WCAG 2.1, levels A and AA)."""
+"""Violations of the guidelines for accessible pages (WCAG 2.1, levels A and AA)."""
 
 
 @needs_driver
@@ -643,7 +643,7 @@ def test_every_tab_keeps_the_guidelines_for_accessible_pages(
                 view.idle()
                 found = view.driver.execute_async_script(AXE)
                 assert found == [], f"{tab} at {width}, {scheme}"
-        # What opens the dialog of files hears the button, which the keyboard reaches.
+        # The button, which the keyboard reaches, opens the file dialog.
         view.driver.execute_script(
             "HTMLInputElement.prototype.click = function () { window.picked = this.type }"
         )

@@ -74,7 +74,7 @@ def parts(address: str) -> tuple[str, int, str, str]:
 
 
 def raw(port: int, request: str) -> str:
-    """First line of what the server says to some bytes."""
+    """First line of the server's response to some bytes."""
     with socket.create_connection(("127.0.0.1", port), timeout=30) as line:
         line.sendall(request.encode("latin-1"))
         return line.recv(4096).decode("latin-1").partition("\r\n")[0]
@@ -168,7 +168,7 @@ def test_another_user_of_the_machine_gets_nothing(tmp_path: Path) -> None:
             if opened.is_file() and opened.read_text():
                 break
             time.sleep(0.1)
-        # What a second user sees of the command lines, and the file that the browser is sent to.
+        # Command lines that a second user sees, and the file that the browser opens.
         assert token not in opened.read_text()
         leads = Path(opened.read_text().strip().removeprefix("file://"))
         assert token in leads.read_text()
@@ -201,7 +201,7 @@ def test_what_was_dropped_is_gone_when_the_server_ends(tmp_path: Path, number: i
 
 
 def frame(payload: bytes, opcode: int) -> bytes:
-    """A websocket frame of a client: masked by zeros, which leaves it as it is."""
+    """A websocket frame of a client: masked by zeros, which do not change it."""
     size = len(payload)
     if size < 126:
         head = bytes([0x80 | opcode, 0x80 | size])
@@ -238,12 +238,12 @@ PIECES = (
     ),
     *("/", ",", '{"_placeholder":true,"num":0}', "NaN", '"' + "x" * 5000, "\\u0000", "[" * 500),
 )
-"""What messages of the page are made of, and what they are not."""
+"""Parts of valid and of invalid messages of the page."""
 
 
 def test_messages_that_are_none_leave_the_server_alive(tmp_path: Path) -> None:
     server, address = start(tmp_path, "--no-browser")
-    # Its library logs each of them: somebody has to read that.
+    # The library logs each of them: the output must be read.
     threading.Thread(target=lambda: [None for _ in server.stdout or ()], daemon=True).start()
     try:
         send_anything(address)
@@ -254,7 +254,7 @@ def test_messages_that_are_none_leave_the_server_alive(tmp_path: Path) -> None:
 
 
 def send_anything(address: str) -> None:
-    """Send many messages, most of which are none."""
+    """Send many messages, most of which are invalid."""
     host, port, _, cookie = parts(address)
     own = f"Cookie: {cookie}\r\nOrigin: http://{host}\r\n"
     for number in range(60):
@@ -267,7 +267,7 @@ def send_anything(address: str) -> None:
                 payload = text if dice.random() < 0.8 else dice.randbytes(dice.randrange(200))
                 try:
                     line.sendall(frame(payload[:60_000], dice.choice([1, 1, 1, 2, 9, 0])))
-                except OSError:  # closed by the server, as it may
+                except OSError:  # closed by the server, which is permitted
                     break
 
 
@@ -307,7 +307,7 @@ def test_no_request_passes_without_the_secret(
 
 
 class Foreign(http.server.BaseHTTPRequestHandler):
-    """A page of somebody else: it frames the workbench and opens a socket to it."""
+    """A foreign page: it frames the workbench and opens a socket to it."""
 
     target = ""
 
@@ -351,7 +351,7 @@ def test_a_foreign_page_in_the_own_browser_gets_nothing(view: View, address: str
         view.driver.switch_to.default_content()
     finally:
         server.shutdown()
-        view.driver.get_log("browser")  # its complaints are what this test is about
+        view.driver.get_log("browser")  # its errors are the subject of this test
 
 
 @needs_driver

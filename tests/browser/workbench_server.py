@@ -16,7 +16,7 @@ from http.cookiejar import CookieJar
 from pathlib import Path
 
 PATIENCE_S = 60.0
-"""For a server that begins or ends on a machine that does other things too."""
+"""Time limit for the start or end of a server on a busy machine."""
 
 
 def start(
@@ -24,14 +24,14 @@ def start(
 ) -> tuple[subprocess.Popen[str], str]:
     """Start the workbench in a folder; the process, and the address that it prints.
 
-    NiceGUI behaves differently where it sees that a test runs it: it is not told.
+    NiceGUI behaves differently if it detects a test, so this is hidden from it.
     """
     inherited = {k: v for k, v in os.environ.items() if k != "PYTEST_CURRENT_TEST"}
     server = subprocess.Popen(
         [sys.executable, "-m", "lostmotion", "workbench", *map(str, words), "--port", "0"],
         cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
         env={**inherited, **environment},
-        # Tests that run under nohup hand SIGHUP down as ignored, and the server leaves it so.
+        # Tests under nohup pass on an ignored SIGHUP, and the server keeps it ignored.
         preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_DFL),
     )  # fmt: skip
     assert server.stdout is not None
@@ -59,7 +59,7 @@ def serving(folder: Path, *words: str | Path) -> Iterator[str]:
 
 
 def opener(address: str) -> urllib.request.OpenerDirector:
-    """Open an address as its user does, once the server listens; what keeps the cookie."""
+    """Open an address like its user, once the server listens; returns an opener with the cookie."""
     own = urllib.request.build_opener(urllib.request.HTTPCookieProcessor(CookieJar()))
     for _ in range(100):
         try:
@@ -74,7 +74,7 @@ def opener(address: str) -> urllib.request.OpenerDirector:
 
 
 def answer(address: str, own: urllib.request.OpenerDirector | None = None, **headers: str) -> int:
-    """Status of a request, with what `own` keeps or with nothing."""
+    """Status of a request, with the cookie of `own` or without one."""
     request = urllib.request.Request(address, headers=headers)
     ask = own or urllib.request.build_opener()
     try:

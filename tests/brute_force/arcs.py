@@ -1,9 +1,10 @@
 """Flanks of two arcs with a common tangent, and the envelope of such a tooth on a rigid gear.
 
-The arcs are drawn from their centres and the tangent is looked for as a line at the distance of one
-radius from each. The conjugate flank is made as a slotting tool would: the tooth is put on the
-deformed neutral line at many angles, and at each radius the rigid gear keeps what no position
-reaches. Points are complex numbers [mm], the tooth's axis is the real axis, as in `polygons`.
+The arcs are drawn from their centres, and the tangent is found as a line at the distance of one
+radius from each. The conjugate flank is generated as by a slotting tool: the tooth is placed on the
+deformed neutral line at many angles, and at each radius the rigid gear keeps the part that no
+position reaches. Points are complex numbers [mm], the tooth's axis is the real axis, as in
+`polygons`.
 """
 
 from __future__ import annotations
@@ -20,17 +21,17 @@ from scipy.optimize import brentq
 from . import polygons
 
 SWEEP_STEP_DEG = 0.05
-"""Between two positions of the tool [deg]; the flank is 1e-4 arcmin off for it."""
+"""Angle between two positions of the tool [deg]; it causes an error of the flank of 1e-4 arcmin."""
 
 NODE_STEP_DEG = 1.0
-"""Between two positions that are found on the neutral line [deg]; a spline through them is 3e-6
-arcmin off the line."""
+"""Angle between two positions computed on the neutral line [deg]; a spline through them deviates
+from the line by 3e-6 arcmin."""
 
 SWEEP_HALF_DEG = 70.0
 """Beyond this material angle a tooth is out of mesh [deg]."""
 
 LAND_SHARE = 0.02
-"""Share of the height below the reach of the tip where the space is left radial, as by the library.
+"""Share of the height below the reach of the tip in which the space is radial, as in the library.
 """
 
 
@@ -97,7 +98,7 @@ def swept_flank(
     inner_mm: float,
     points: int = polygons.FLANK_POINTS,
 ) -> NDArray[np.complex128]:
-    """Upper flank of the rigid space [mm] that a moving flexspline tooth leaves.
+    """Upper flank of the rigid space [mm] that a moving flexspline tooth generates.
 
     Parameters
     ----------
@@ -145,14 +146,15 @@ def swept_flank(
 
 @dataclass(frozen=True)
 class STooth:
-    """Half the path of a rack's tooth either way from a datum point, its tangent next to it [mm].
+    """Half the path of a rack's tooth on both sides of a datum point, with its tangent next to it
+    [mm].
 
     Attributes
     ----------
     kappa : float
         Deflection coefficient of the path.
     module_mm : float
-        The path is one pitch of a rack of it long.
+        The length of the path is one pitch of a rack of this module.
     datum : complex
         As a centre of `Arcs`.
     inner_mm, outer_mm : float
@@ -169,8 +171,8 @@ class STooth:
 def upper_s_flank(tooth: STooth, points: int) -> NDArray[np.complex128]:
     """Upper flank of the undeformed S tooth [mm] from root to tip, by height along its axis.
 
-    The path is drawn by its angle, which crowds the points where it bends most; the tangent is the
-    steepest line from its start.
+    The path is sampled by its angle, which concentrates the points where it bends most; the tangent
+    is the steepest line from its start.
     """
 
     def path(angle: NDArray[np.float64]) -> NDArray[np.complex128]:

@@ -2,7 +2,7 @@
 
 Twist of a cup: with u = r psi the only displacement of torsion about an axis, the energy is
 pi G times the integral of r^3 |grad psi|^2 over the section. Deflection of a rim: plane stress in a
-quarter of an annulus. Give of a tooth: plane strain, with the block that it stands on.
+quarter of an annulus. Deflection of a tooth: plane strain, including the block under it.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from skfem.helpers import ddot, dot, eye, grad, sym_grad, trace
 
 @dataclass(frozen=True)
 class Cup:
-    """Section of a cup in mm: a wall of mean radius, and a diaphragm that is held at the hub."""
+    """Section of a cup in mm: a wall at a mean radius, and a diaphragm that is fixed at the hub."""
 
     mean_radius_mm: float
     wall_mm: float
@@ -41,7 +41,7 @@ class Cup:
 
 
 def graded(*places: float, pieces: int) -> NDArray[np.float64]:
-    """Divide each interval between places into so many pieces."""
+    """Divide each interval between places into a number of pieces."""
     parts = [np.linspace(a, b, pieces, endpoint=False) for a, b in itertools.pairwise(places)]
     return np.concatenate([*parts, [places[-1]]])
 
@@ -120,7 +120,7 @@ def tooth_compliance_mm_per_N(
     half_mm: Callable[[NDArray[np.float64]], NDArray[np.float64]] | None = None,
     pieces: int = 12,
 ) -> float:
-    """Give of a tooth on a block, along a force on its end; plane strain.
+    """Deflection of a tooth on a block, along a force on its end; plane strain.
 
     The tooth is rectangular, or has the half thickness `half_mm` at each height; `thickness_mm` is
     that at its foot. The force is spread over the end of the tooth, where its mean displacement is
@@ -132,7 +132,7 @@ def tooth_compliance_mm_per_N(
     side = np.unique([*graded(0.0, half, pieces=6), *graded(half, *far, pieces=4)])
     x = np.concatenate((-side[:0:-1], side))
     below = -np.unique([*graded(0.0, half, pieces=6), *graded(half, *far, pieces=4), deep])[::-1]
-    # A fillet starts along the edge of the block: finer there.
+    # A fillet starts along the edge of the block, so the mesh is finer there.
     up = graded(0.0, 1.0, pieces=pieces)[1:] ** (1 if half_mm is None else 2)
     y = np.concatenate((below, height_mm * up))
     whole = MeshQuad.init_tensor(x, y)

@@ -1,9 +1,9 @@
 """A loaded mesh by finite elements (scikit-fem): rim, all its teeth and the teeth opposite.
 
 Plane strain. Half of the flexspline's ring is divided into elements, teeth included; the other half
-moves alike, turned by half a turn. Unit forces on the teeth and at the supports give the compliance
-of the free ring, of which the supports take their share. The rigid gear is a sector that is held at
-its back. Which pairs carry is found by trial: a pair carries where its gap would be negative
+moves equally, rotated by half a turn. Unit forces on the teeth and at the supports give the
+compliance of the free ring, which the supports reduce. The rigid gear is a sector that is fixed at
+its back. The pairs that carry are found by trial: a pair carries if its gap would be negative
 without a force, and no force pulls.
 """
 
@@ -32,7 +32,7 @@ BELOW, ABOVE = 3, 2
 """Elements of a tooth below and above the contact."""
 
 JOIN_MM = 1e-7
-"""Corners of elements nearer than this are one."""
+"""Corners of elements within this distance are identical."""
 
 
 @dataclass(frozen=True)
@@ -61,9 +61,7 @@ class Load:
     radial: float
 
 
-def _quads(
-    columns: Array, rows: Array, at: Callable[[Array, Array], Array]
-) -> tuple[Array, Any]:
+def _quads(columns: Array, rows: Array, at: Callable[[Array, Array], Array]) -> tuple[Array, Any]:
     """Corners and elements of a block of columns and rows."""
     u, v = np.meshgrid(columns, rows, indexing="ij")
     numbers = np.arange(u.size).reshape(u.shape)
@@ -127,14 +125,10 @@ def _mesh(gear: Gear, first: int, count: int, heights: dict[int, float]) -> Mesh
 class Ring:
     """Stiffness of a toothed ring, and where forces act on it."""
 
-    def __init__(
-        self, gear: Gear, first: int, count: int, loads: Sequence[Load]
-    ) -> None:
+    def __init__(self, gear: Gear, first: int, count: int, loads: Sequence[Load]) -> None:
         self.gear, self.loads = gear, loads
         heights = {load.tooth: load.radius_mm for load in loads}
-        self.basis = Basis(
-            _mesh(gear, first, count, heights), ElementVector(ElementQuad2())
-        )
+        self.basis = Basis(_mesh(gear, first, count, heights), ElementVector(ElementQuad2()))
         shear = gear.youngs_modulus_MPa / (2 * (1 + gear.poisson))
         lame = 2 * shear * gear.poisson / (1 - 2 * gear.poisson)
 
@@ -165,9 +159,7 @@ class Ring:
             numbers = np.flatnonzero(chosen & (self.component == component))
             numbers = numbers[np.argsort(self.angle[numbers])]
             a = self.angle[numbers]
-            out, side = (
-                (np.cos(a), -np.sin(a)) if component == 0 else (np.sin(a), np.cos(a))
-            )
+            out, side = (np.cos(a), -np.sin(a)) if component == 0 else (np.sin(a), np.cos(a))
             load[numbers] += weights * (radial * out + along * side)
         return load
 
@@ -188,7 +180,7 @@ def free_ring(gear: Gear, loads: Sequence[Load], supports_rad: Array) -> Array:
     """Compliance [mm/N] of the flexspline's ring, both halves loaded alike, in its own frame.
 
     Rows and columns: the loads, then outward forces on the back of the ring at the supports. The
-    mean displacement along the back is 0: there a torque is taken off evenly, as a cup does.
+    mean displacement along the back is 0: there the torque is removed evenly, as by a cup.
     """
     half = gear.teeth // 2
     ring = Ring(gear, -(half // 2), half, loads)
@@ -206,7 +198,7 @@ def free_ring(gear: Gear, loads: Sequence[Load], supports_rad: Array) -> Array:
         numbers = np.flatnonzero(back & (ring.component == component))
         even[numbers] = np.cos(ring.angle[numbers] + turn)
     even /= np.abs(even).sum()
-    # One end of the half ring moves as the other, turned by half a turn.
+    # One end of the half ring moves like the other, rotated by half a turn.
     distance = np.angle(np.exp(1j * (ring.angle - start)))
     low = np.abs(distance) < 1e-7
     high = np.abs(np.abs(distance) - math.pi) < 1e-7
@@ -222,16 +214,14 @@ def free_ring(gear: Gear, loads: Sequence[Load], supports_rad: Array) -> Array:
     stiffness = reduce.T @ ring.stiffness @ reduce
     bound = reduce.T @ even
     scale = stiffness.diagonal().mean() / np.abs(bound).max()
-    whole = sp.bmat(
-        [[stiffness, scale * bound[:, None]], [scale * bound[None, :], None]], "csc"
-    )
+    whole = sp.bmat([[stiffness, scale * bound[:, None]], [scale * bound[None, :], None]], "csc")
     sides = np.column_stack([reduce.T @ f for f in forces])
     moved = splu(whole).solve(np.vstack((sides, np.zeros((1, sides.shape[1])))))[:-1]
     return np.asarray(sides.T @ moved)
 
 
 def held_sector(gear: Gear, loads: Sequence[Load]) -> Array:
-    """Compliance [mm/N] of the rigid gear's teeth in a sector that is held at its back."""
+    """Compliance [mm/N] of the rigid gear's teeth in a sector that is fixed at its back."""
     numbers = [load.tooth for load in loads]
     first, last = min(numbers) - 3, max(numbers) + 3
     ring = Ring(gear, first, last - first + 1, loads)
@@ -242,14 +232,12 @@ def held_sector(gear: Gear, loads: Sequence[Load]) -> Array:
 
 
 def on_supports(free: Array, loads: int, supports: Array) -> Array:
-    """Compliance of the loads where the supports, of a compliance of their own, hold the ring."""
+    """Compliance at the loads if the ring is on supports with their own compliance."""
     among, across = free[loads:, loads:] + supports, free[:loads, loads:]
     return np.asarray(free[:loads, :loads] - across @ np.linalg.solve(among, across.T))
 
 
-def forces_at(
-    angle_rad: float, compliance: Array, arm_mm: Array, gap_rad: Array
-) -> Array:
+def forces_at(angle_rad: float, compliance: Array, arm_mm: Array, gap_rad: Array) -> Array:
     """Tangential forces [N] at a rotation: none pulls, and no pair overlaps."""
     # C F >= (angle - gap) r and F >= 0, complementary: the minimum of F' C F / 2 - F' (angle -
     # gap) r over forces that push.
@@ -258,9 +246,7 @@ def forces_at(
     return np.asarray(nnls(factor.T, wanted, maxiter=50 * arm_mm.size)[0])
 
 
-def forces_under(
-    torque_Nm: float, compliance: Array, arm_mm: Array, gap_rad: Array
-) -> Array:
+def forces_under(torque_Nm: float, compliance: Array, arm_mm: Array, gap_rad: Array) -> Array:
     """Tangential forces [N] on one lobe of two that carry a torque."""
     low, high = float(gap_rad.min()), float(gap_rad.min()) + 0.1
     for _ in itertools.repeat(None, 60):

@@ -1,7 +1,7 @@
 """The deformed neutral line of a flexspline rim, solved numerically.
 
-The rim is a thin inextensible ring bent by the wave generator. Angles count from the deformation
-axis. Four routes, one a generator:
+The rim is a thin inextensible ring bent by the wave generator. Angles start at the deformation
+axis. Four methods, by wave generator:
 
 * cosine cam: the shape is given, ``cos 2 phi``;
 * rollers: Fourier series of the ring equation under point loads, interpolated piece by piece;
@@ -28,12 +28,12 @@ from scipy.optimize import brentq
 QUARTER_TURN = math.pi / 2
 
 COLLOCATION_DEGREE = 24
-"""Chebyshev degree a piece. The pieces are entire functions over about one radian: degree 16
+"""Chebyshev degree per piece. The pieces are entire functions over about one radian: degree 16
 reaches rounding.
 """
 
 FOURIER_ORDER_MAX = 20_000
-"""Highest order of the point-load series. Its terms fall with order**-4: what is left out is below
+"""Highest order of the point-load series. Its terms fall with order**-4: the omitted ones are below
 3e-14 of the sum.
 """
 
@@ -51,7 +51,7 @@ class WaveShape:
     Attributes
     ----------
     pieces : tuple of numpy.polynomial.Chebyshev
-        Radial displacement over deflection [-], one polynomial a smooth piece; the domains [rad]
+        Radial displacement over deflection [-], one polynomial per smooth piece; the domains [rad]
         join from 0 to pi/2.
     """
 
@@ -188,7 +188,7 @@ def _roller_shape(half_angle: float) -> WaveShape:
 
 
 def _contact_arc_shape(half_angle: float) -> WaveShape:
-    """Collocation of the bending of a ring held to a round disc over |angle| <= half_angle.
+    """Collocation of the bending of a ring in contact with a round disc over |angle| <= half_angle.
 
     ``w'' + w`` is the bending moment, in units of -EI w0 / r**2. It is constant on the disc. A cut
     at 90 deg carries a moment and a normal force, so the moment on the free arc is that at the cut
@@ -401,7 +401,7 @@ def neutral_line(
 
 
 def place(line: NeutralLine, mean_radius_mm: float, material_rad: float) -> tuple[complex, complex]:
-    """Where a point of the undeformed line goes, and where its normal points.
+    """Position of a point of the undeformed line after deformation, and its normal.
 
     Parameters
     ----------

@@ -1,15 +1,15 @@
-"""Tooth clearances by turning teeth until they touch.
+"""Tooth clearances by rotating teeth until they touch.
 
-One tooth of the flexspline is drawn where the deformed neutral line puts it, the flank of the rigid
-gear where its tooth count puts it. The rigid flank starts well clear and turns about the rotation
-axis towards the tooth. No point of it moves further than its radius times the turn, so a turn of
-(distance / largest radius) cannot jump over a contact; such turns repeat until the distance is
-gone. The turn from the nominal position is the gap. A flank that starts inside the tooth is thereby
-turned back until it is free: its gap is negative.
+One tooth of the flexspline is placed on the deformed neutral line, and the flank of the rigid gear
+at the place that follows from its tooth count. The rigid flank starts at a safe distance and
+rotates about the axis towards the tooth. No point of it moves further than its radius times the
+rotation, so a rotation of (distance / largest radius) cannot pass a contact; such rotations repeat
+until the distance is zero. The rotation from the nominal position is the gap. A flank that is
+inside the tooth is thus rotated back until it is free: its gap is negative.
 
-Involutes are strings unrolled from the base circle. Only involutes and their ends count: fillets
-are left out, and each flank ends at its tip corner. Points are complex numbers [mm]; the real axis
-is the deformation axis of the wave generator, a tooth at rest has its axis along the real axis.
+Involutes are strings unrolled from the base circle. Only involutes and their ends are used, without
+fillets; each flank ends at its tip corner. Points are complex numbers [mm]; the real axis is the
+deformation axis of the wave generator, a tooth at rest has its axis along the real axis.
 """
 
 from __future__ import annotations
@@ -46,10 +46,10 @@ CONTACT_DISTANCE_MM = 1e-9
 """Distance that counts as contact [mm]: 1.4e-7 arcmin at a radius of 25 mm."""
 
 TURNS_MAX = 500
-"""Turns after which the search gives up; ordinary teeth need about ten."""
+"""Largest number of rotations of the search; ordinary teeth need about ten."""
 
 CLEAR_PITCHES = 3
-"""How far back the rigid flank starts [pitches]: more than any interference worth a number."""
+"""Initial distance of the rigid flank [pitches]: more than any relevant interference."""
 
 
 @dataclass(frozen=True)
@@ -110,7 +110,7 @@ class Design:
 
     @property
     def is_internal(self) -> bool:
-        """True where the wave generator sits inside and the flexspline has external teeth."""
+        """True if the wave generator is inside and the flexspline has external teeth."""
         return self.deformation == "internal"
 
 
@@ -267,7 +267,7 @@ def _line(design: Design) -> NeutralLine:
 def on_line(
     design: Design, points: NDArray[np.complex128], material_rad: float
 ) -> NDArray[np.complex128]:
-    """Carry points of the undeformed tooth at angle 0 to the tooth at a material angle."""
+    """Move points of the undeformed tooth at angle 0 to the tooth at a material angle."""
     neutral_mm = radii(design).neutral_mm
     origin, normal = place(_line(design), neutral_mm, material_rad)
     return origin + (points - neutral_mm) * normal
@@ -366,8 +366,8 @@ def turned_contact(
     moved_mm : complex
         Displacement of the flexspline against the rigid gear.
     """
-    # The rigid gear comes towards the tooth; a tooth leads with its upper flank, a space with its
-    # lower one.
+    # The rigid gear moves towards the tooth; the leading flank of a tooth is the upper one, that of
+    # a space the lower one.
     closing = -1 if flank == "forward" else 1
     upper = (flank == "forward") == design.is_internal
     if not upper:

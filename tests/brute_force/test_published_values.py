@@ -247,7 +247,7 @@ def test_radii_of_reference_a() -> None:
 
 @pytest.mark.parametrize(("teeth", "shift"), [(200, 3.0), (202, 2.957), (80, 0.0), (60, -0.3)])
 def test_flank_is_the_envelope_of_the_rolling_rack(teeth: int, shift: float) -> None:
-    """Every point of the flank is touched, and none is cut, while the rack rolls past the gear."""
+    """The rack touches every point of the flank and cuts none while it rolls past the gear."""
     module_mm, pressure_angle = 0.25, math.radians(20)
     reference_mm = module_mm * teeth / 2
     inner_mm = reference_mm + module_mm * (shift - 0.5)
@@ -258,7 +258,7 @@ def test_flank_is_the_envelope_of_the_rolling_rack(teeth: int, shift: float) -> 
     height = in_rack.real - (reference_mm + module_mm * shift)
     rack_flank = module_mm * math.pi / 4 - height * math.tan(pressure_angle)
     room_mm = (rack_flank - in_rack.imag) * math.cos(pressure_angle)
-    # Half a step of 2.5e-5 rad from the contact a radius of 10 mm leaves 1e-9 mm.
+    # At half a step of 2.5e-5 rad from the contact, the distance at a radius of 10 mm is 1e-9 mm.
     np.testing.assert_allclose(room_mm.min(axis=0), 0, atol=5e-9)
 
 

@@ -1,13 +1,13 @@
 """The code blocks of the documentation: run in the order of a page, outputs compared.
 
-A page is Markdown. What is done with a fenced block depends on its language:
+A page is Markdown. The language of a fenced block determines its use:
 
 * ``python``: executed; the blocks of a page share their names;
 * ``sh``: run by a POSIX shell in the page's folder, with ``LOSTMOTION`` naming the checkout;
 * ``c``: compiled with all warnings, and run where it has a ``main``;
 * any language with a caption: written to a file of that name first;
-* ``text`` right behind one that runs: what it must print. A line of dots stands for any lines, a
-  number may differ by one in its last digit.
+* ``text`` directly after a block that runs: its required output. A line of dots represents any
+lines; a number may differ by one in its last digit.
 
 ``python tests/docs/blocks.py PAGE`` writes what the blocks print into the page.
 """
@@ -67,13 +67,13 @@ class Block:
 
 
 def pages() -> list[Path]:
-    """All pages that are in the tree."""
+    """All pages of the documentation."""
     found = {p for p in DOCS.rglob("*.md") if not {"generated", "_build"} & set(p.parts)}
     return sorted(found | {DOCS.parent / "README.md"})
 
 
 def read_blocks(page: Path) -> list[Block]:
-    """Read the fenced blocks of a page, expected outputs attached to what prints them."""
+    """Read the fenced blocks of a page, each with its expected output."""
     text = page.read_text(encoding="utf-8")
     found: list[Block] = []
     for match in BLOCK.finditer(text):
@@ -116,7 +116,7 @@ def compile_c(words: list[Any], folder: Path) -> None:
 
 
 def run(words: list[Any], folder: Path, **options: Any) -> str:
-    """Run a program; what it printed, on either stream."""
+    """Run a program; returns the output of both streams."""
     done = subprocess.run(
         [str(word) for word in words],
         cwd=folder,
@@ -145,7 +145,7 @@ class Runner:
         }
 
     def run(self, block: Block) -> str:
-        """Run a block; what it printed."""
+        """Run a block; returns its output."""
         if block.caption:
             target = self.folder / block.caption
             target.parent.mkdir(parents=True, exist_ok=True)
@@ -172,7 +172,7 @@ class Runner:
         return out.getvalue()
 
     def run_c(self, block: Block) -> str:
-        """Compile C, and run it where it is a program."""
+        """Compile C, and run it if it is a program."""
         source = self.folder / (block.caption or f"block{block.line}.c")
         source.write_text(block.code, encoding="utf-8")
         if " main(" not in block.code:
@@ -186,7 +186,7 @@ class Runner:
 
 
 def same_line(printed: str, expected: str) -> bool:
-    """Whether two lines are the same, but for one in the last digit of a number."""
+    """Whether two lines are equal, except for one in the last digit of a number."""
     if " ".join(NUMBER.sub("#", printed).split()) != " ".join(NUMBER.sub("#", expected).split()):
         return False
     for one, two in zip(NUMBER.findall(printed), NUMBER.findall(expected), strict=True):
@@ -198,7 +198,7 @@ def same_line(printed: str, expected: str) -> bool:
 
 
 def differs(printed: str, expected: str) -> str:
-    """Describe where a block prints something else; nothing when it prints what it must."""
+    """Describe the first difference between the output of a block and the expected one."""
     lines = [line.rstrip() for line in printed.strip("\n").splitlines()]
     wanted = [line.rstrip() for line in expected.strip("\n").splitlines()]
     place = 0
@@ -221,7 +221,7 @@ def differs(printed: str, expected: str) -> str:
 
 
 def rewrite(page: Path) -> None:
-    """Run a page and write what its blocks print into it; lines of dots are kept as they are."""
+    """Run a page and write the outputs of its blocks into it; lines of dots are kept."""
     text = page.read_text(encoding="utf-8")
     changes: list[tuple[Block, str]] = []
     with tempfile.TemporaryDirectory() as folder:

@@ -1,4 +1,4 @@
-"""The prose of the repository: what people read in pages, messages, headers and comments.
+"""The prose of the repository: texts of pages, messages, headers and comments.
 
 A `Passage` is one piece of it with its place: a page, a comment, a docstring, a string of at least
 two words. Names between backquotes and fenced code are left out.
@@ -19,13 +19,13 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 
 ELSEWHERE = ("tests/fuzz/corpus/", "tests/data/", "lib/LICENSE")
-"""Data and texts of others."""
+"""Data and third-party texts."""
 
 QUOTED = re.compile(r"```.*?```|``[^`]+``|`[^`\n]+`", re.DOTALL)
 """A name between backquotes: code, not prose."""
 
 FENCED = re.compile(r"^(`{3,})([^\n]*)\n.*?^\1[ \t]*$", re.MULTILINE | re.DOTALL)
-"""A fenced block of a page; what commands print stays, a program does not."""
+"""A fenced block of a page; outputs of commands are kept, programs are not."""
 
 PRINTED = ("text", "console")
 """Languages of fenced blocks that are prose."""
@@ -48,12 +48,12 @@ class Passage:
 
     @property
     def place(self) -> str:
-        """Return file and line, as an editor takes them."""
+        """Return file and line in the notation of editors."""
         return f"{self.file.relative_to(ROOT)}:{self.line}"
 
 
 def files() -> list[Path]:
-    """Return the files of the repository that hold prose."""
+    """Return the files of the repository that contain prose."""
     listed = subprocess.run(
         ["git", "-C", str(ROOT), "ls-files", "-z"], check=True, capture_output=True, text=True
     ).stdout.split("\0")
@@ -74,7 +74,7 @@ def blanked(text: str, pattern: re.Pattern[str]) -> str:
 
 
 def without_program(block: re.Match[str]) -> str:
-    """Return a fenced block as blanks, unless it shows what a command prints."""
+    """Return a fenced block as blanks, unless it shows the output of a command."""
     if block[2].strip().startswith(PRINTED):
         return block[0].replace("`", " ")
     return re.sub(r"[^\n]", " ", block[0])

@@ -1,7 +1,7 @@
 """Draw sentences at random from pages, messages, headers, docstrings and comments, to be read.
 
 ``python tests/docs/sentences.py [--seed N] [--count 100] [--pages]`` prints the seed, and one
-sentence per line with its place. Without a seed it takes a new one. ``--pages`` draws only from
+sentence per line with its place. Without a seed it uses a new one. ``--pages`` draws only from
 pages and notebooks.
 """
 
@@ -14,7 +14,7 @@ import re
 from prose import Passage, files, passages
 
 WORDS_LEAST = 5
-"""Fewer words are a label or a name."""
+"""Least number of words of a sentence; fewer words are a label or a name."""
 
 PAGES = (".md", ".ipynb")
 

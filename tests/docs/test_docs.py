@@ -1,4 +1,4 @@
-"""The documentation: it builds without a warning, and every block does what the page says."""
+"""The documentation builds without a warning, and every block has the stated output."""
 
 from __future__ import annotations
 

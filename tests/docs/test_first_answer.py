@@ -13,11 +13,11 @@ import numpy as np
 ROOT = Path(__file__).parents[2]
 
 COMMANDS_MOST = 5
-"""Commands from nothing to the first answer, the installation among them."""
+"""Number of commands to the first answer, including the installation."""
 
 
 def typed() -> list[list[str]]:
-    """Return the commands that the README tells to type, as words."""
+    """Return the commands in the README, as words."""
     text = (ROOT / "README.md").read_text("utf-8")
     block = re.search(r"<!-- first answer -->\n```sh\n(.*?)```", text, re.DOTALL)
     assert block is not None
@@ -25,7 +25,7 @@ def typed() -> list[list[str]]:
 
 
 def write_recordings(file: Path) -> None:
-    """Write loops of a drive whose gap grows with the temperature, as somebody's bench would."""
+    """Write loops of a drive whose gap grows with the temperature, like those of a user's bench."""
     rng = np.random.default_rng(3)
     lines = ["run,time_s,torque_Nm,lost_motion_arcmin,temperature_C"]
     for run in range(8):

@@ -1,7 +1,7 @@
 """Texts for readers use the words of the glossary, and pages avoid a list of idioms.
 
-The words are looked for in the pages, in every string of several words, docstring and comment; what
-stands between backquotes is a name.
+The words are searched in the pages, in every string of several words, docstring and comment. Text
+between backquotes is a name and is not searched.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ REPLACED = {
     "fault": r"\bodd (about|runs?|characters?|values?|rows?|columns?)\b"
     r"|\b(nothing|is|looks) odd\b(?! in)",
 }
-"""Pattern of what is not said, by what is said instead."""
+"""Patterns of words that are not used, by the word that is used instead."""
 
 IDIOMS = {
     "states it": r"\bsays? so\b",
@@ -51,7 +51,7 @@ IDIOMS = {
     "continues": r"\bgo(es)? on\b",
     "reverses": r"\bturn(s|ed)? round\b",
 }
-"""Pattern of an idiom that pages do not use, by what they say instead."""
+"""Patterns of idioms that pages do not use, by the words that are used instead."""
 
 DEFINED = {
     "tests/docs/test_language.py": "the words themselves",
@@ -72,7 +72,7 @@ def on_one_line(text: str) -> str:
 
 
 def said_otherwise(passage: Passage) -> list[str]:
-    """Return what a passage says in a word of the second column, with what is said instead."""
+    """Return the words of the second column in a passage, with the words to be used instead."""
     return [
         f"{passage.place}: {' '.join(found[0].split())!r}: say {term!r}"
         for term, pattern in WORDS.items()

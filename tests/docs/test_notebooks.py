@@ -18,7 +18,7 @@ def test_a_notebook_runs(file: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: 
     monkeypatch.setenv("LOSTMOTION", str(ROOT))
     notebook = nbformat.read(file, as_version=4)
     nbformat.validate(notebook)
-    assert not any(cell.get("outputs") for cell in notebook.cells)  # none is kept
+    assert not any(cell.get("outputs") for cell in notebook.cells)  # outputs are not stored
     place = {"metadata": {"path": tmp_path}}
     nbclient.NotebookClient(notebook, timeout=600, resources=place).execute()
     kinds = [

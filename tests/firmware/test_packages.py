@@ -355,8 +355,7 @@ X86 = platform.machine() in ("x86_64", "AMD64")
 
 
 def can_fuse() -> bool:
-    """Whether this machine runs fused operations; except on x86, compilers fuse by default or
-    never."""
+    """Whether this machine runs fused operations; only x86 compilers do not fuse by default."""
     about = Path("/proc/cpuinfo")
     return not X86 or (about.is_file() and "fma" in about.read_text())
 

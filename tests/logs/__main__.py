@@ -15,7 +15,7 @@ from .walled import hostile_table
 
 
 def main() -> int:
-    """Print the table; 1 where a line of it is wrong."""
+    """Print the table; returns 1 if a line of it is wrong."""
     parser = argparse.ArgumentParser("python -m logs", description=__doc__)
     parser.add_argument("words", nargs="*", help="only what has one of these words in its name")
     parser.add_argument("--commands", default=",".join(COMMANDS), help="these, with commas")

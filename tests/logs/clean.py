@@ -21,14 +21,14 @@ HIDDEN = "thermal_gap"
 
 RUNS = (2, 3, 6, 9, 13, 14, 15, 19, 28)
 """Loops at three generator angles, at 10, 35 and 50 degrees and after 100,000 cycles, and turning:
-few runs with which `diagnose` names the effect with p below 1e-5, whichever row is missing."""
+few runs with which `diagnose` names the effect with p below 1e-5 even if any one row is missing."""
 EVERY = 10
-"""Of the rows: what a command takes is then about a second."""
+"""Stride of the rows, with which a command takes about a second."""
 
 
 @dataclass(frozen=True)
 class Sheet:
-    """A table as a program holds it before it writes it: names, and cells of text."""
+    """A table before it is written: names, and cells of text."""
 
     names: tuple[str, ...]
     columns: tuple[tuple[str, ...], ...]
@@ -49,11 +49,11 @@ class Sheet:
         return [list(row) for row in zip(*self.columns, strict=True)]
 
     def renamed(self, **names: str) -> Sheet:
-        """The same under other names."""
+        """The same table with other names."""
         return replace(self, names=tuple(names.get(name, name) for name in self.names))
 
     def put(self, name: str, cells: list[str], new_name: str | None = None) -> Sheet:
-        """Another column in the place of one."""
+        """A column replaced by another one."""
         at = self.names.index(name)
         return Sheet(
             (*self.names[:at], new_name or name, *self.names[at + 1 :]),
@@ -68,7 +68,7 @@ class Sheet:
         return self.put(name, [form % value for value in values], new_name)
 
     def added(self, name: str, cells: list[str], at: int | None = None) -> Sheet:
-        """One column more, at the end or at a place."""
+        """An added column, at the end or at a place."""
         at = len(self.names) if at is None else at
         return Sheet(
             (*self.names[:at], name, *self.names[at:]),
@@ -76,7 +76,7 @@ class Sheet:
         )
 
     def without(self, *names: str) -> Sheet:
-        """Some columns fewer."""
+        """The table without some columns."""
         return self.ordered(*(name for name in self.names if name not in names))
 
     def ordered(self, *names: str) -> Sheet:

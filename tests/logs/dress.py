@@ -13,29 +13,29 @@ SAME = "same"
 REFUSED = "refused"
 """Exit status 2 with one line on standard error."""
 EITHER = "same or refused"
-"""One of these two; never another answer."""
+"""One of these two; no other answer is permitted."""
 
 Writer = Callable[[Path, Sheet], "Path | list[Path]"]
 
 
 @dataclass(frozen=True)
 class Dress:
-    """A way in which the campaign may come.
+    """A format in which the campaign may be given.
 
     Attributes
     ----------
     name : str
-        What wrote it.
+        Program that writes this format.
     write : callable
-        Writes the files into a folder; returns what the command line names.
+        Writes the files into a folder; returns the paths for the command line.
     maps : tuple of str
-        The ``--map`` options that its owner would give.
+        The ``--map`` options that a user would give.
     expected : str
         `SAME`, `REFUSED` or `EITHER`.
     reason : str
         Why it is not `SAME`.
     says : tuple of str
-        Words that the refusal must hold.
+        Words that the refusal must contain.
     """
 
     name: str
@@ -56,7 +56,7 @@ def dress(
     reason: str = "",
     says: tuple[str, ...] = (),
 ) -> Callable[[Writer], Writer]:
-    """Enter a writer into the list."""
+    """Add a writer to the list."""
     assert name not in DRESSES, name
     assert (expected == SAME) == (not reason), name
 
@@ -70,12 +70,12 @@ def dress(
 def save(
     folder: Path, text: str, name: str = "log.csv", encoding: str = "utf-8", mark: bytes = b""
 ) -> Path:
-    """Write text as bytes of an encoding, behind a byte order mark."""
+    """Write text as bytes of an encoding, after a byte order mark."""
     file = folder / name
     file.write_bytes(mark + text.encode(encoding))
     return file
 
 
 def quoted(text: str) -> str:
-    """Put double quotes round a cell."""
+    """Put double quotes around a cell."""
     return f'"{text}"'

@@ -16,7 +16,7 @@ PLAIN = {
     "output_angle_rad": "Output angle",
     "temperature_C": "Temperature",
 }
-"""Names of the quantities alone: the units are in a row of their own."""
+"""Names of the quantities without units, which are in a separate row."""
 
 CHANNELS = (
     "AI0=torque_Nm",

@@ -11,21 +11,21 @@ from .clean import Array, Sheet, clean
 RUN, PLACE, AT_S = "14", 70, 35.0
 ARCSEC = np.pi / 648_000
 STIFFNESS_NM_PER_RAD = 12_000.0
-"""About that of the clean campaign's loops at half their torque."""
+"""Approximately that of the clean campaign's loops at half their torque."""
 
 
 @dataclass(frozen=True)
 class Event:
-    """Something real and quick.
+    """A fast physical event.
 
     Attributes
     ----------
     name : str
-        What happens.
+        Description of the event.
     text : str
         The file.
     step_arcsec : float
-        Step of the lost motion that it makes; 0 for none.
+        Step of the lost motion that it causes; 0 for none.
     """
 
     name: str
@@ -44,7 +44,7 @@ def _shifted(sheet: Sheet, name: str, by: Array, form: str) -> Sheet:
 
 
 def all_events() -> list[Event]:
-    """Give every one of them."""
+    """Return all events."""
     sheet = clean()
     after, at = _after(sheet)
     rows = np.arange(len(sheet))
@@ -52,7 +52,7 @@ def all_events() -> list[Event]:
     for what, size in (("slips by 60 arcsec", 60.0), ("slips by 5 arcmin", 300.0)):
         moved = _shifted(sheet, "output_angle_rad", size * ARCSEC * after, "%.8f")
         events.append(Event(f"the output {what} and stays", moved.text(), size))
-    # Three samples: a blow that torque sensor and encoders all see.
+    # Three samples: an impact in torque sensor and both encoders.
     blow = 8.0 * np.exp(-0.5 * ((rows - at) / 0.8) ** 2)
     blown = _shifted(sheet, "torque_Nm", blow, "%.5g")
     blown = _shifted(blown, "output_angle_rad", blow / STIFFNESS_NM_PER_RAD, "%.8f")

@@ -19,14 +19,14 @@ RUN_OF = {
     "temperature_C": "15",
     "cycles": "28",
 }
-"""Where each column is damaged: where its values are far from zero."""
+"""Row at which each column is damaged: its value is far from zero there."""
 PLACE = 70
 """Row within the run, where the torque is neither zero nor at its ends."""
 STUCK = 60
-"""Rows for which a channel says the same."""
+"""Number of rows for which a channel repeats a value."""
 
 LONG = 12
-"""Rows for which an amplifier or a converter is at its end: longer than a burst."""
+"""Number of rows for which an amplifier or a converter is saturated: longer than a burst."""
 
 FULL_SCALE = {
     "run": "32767",
@@ -37,8 +37,8 @@ FULL_SCALE = {
     "temperature_C": "850",
     "cycles": "4294967295",
 }
-"""What a channel says at the end of its range: integers of 16 and 32 bits, an amplifier of 10 V at
-25 times the rated torque, a PT100 whose wire is off."""
+"""Readings of a channel at the end of its range: integers of 16 and 32 bits, an amplifier of 10 V
+at 25 times the rated torque, a PT100 with an open wire."""
 
 LEAST_COUNT = {
     "run": 1,
@@ -49,27 +49,27 @@ LEAST_COUNT = {
     "temperature_C": 0.01,
     "cycles": 1,
 }
-"""What one count of a column is worth, for faults of its bits."""
+"""Value of one count of a column, for faults of its bits."""
 
 
 @dataclass(frozen=True)
 class Fault:
-    """One fault and what is to come of it.
+    """One fault and its required outcome.
 
     Attributes
     ----------
     name : str
-        What is wrong, and where.
+        The fault and its place.
     text : str
         The file.
     expected, reason : str
         As in `dress.Dress`.
     finding : tuple of str
-        Words that a finding of ``check`` holds; empty where nothing can be seen.
+        Words in a finding of ``check``; empty if the fault cannot be detected.
     less : Sheet, optional
-        The clean copy without the rows that nobody can use.
+        The clean copy without the unusable rows.
     twice : bool
-        The file is given twice.
+        Whether the file is given twice.
     """
 
     name: str
@@ -127,15 +127,15 @@ VALUES: dict[str, Callable[[str, str], str]] = {
     "a NUL in the cell": lambda name, cell: cell[:1] + "\0" + cell[1:],
     "two cells run together": lambda name, cell: cell + cell,
 }
-"""What is in one cell."""
+"""Contents of a damaged cell."""
 
 
 NEEDED = ("time_s", "torque_Nm", "input_angle_rad", "output_angle_rad")
-"""Columns without which a row is of no use."""
+"""Columns without which a row cannot be used."""
 
 BELOW_NOISE = {("input_angle_rad", "bit 14 turned"), ("output_angle_rad", "bit 14 turned")}
-"""Faults that nobody can name: 34 arcsec at one sample are ten standard deviations of the noise
-there, and estimated torques of motor drives reach as far. The answer must be right all the same."""
+"""Faults that cannot be detected: 34 arcsec at one sample are ten standard deviations of the noise
+there, and estimated torques of motor drives reach the same. The answer must still be correct."""
 
 
 def _flipped(name: str, cell: str) -> str:
@@ -169,7 +169,7 @@ def stretch_faults(name: str) -> list[Fault]:
     at = rows[PLACE]
     cells = clean().cells(name)
     found = (_spelling(name), run)
-    # Another label at the end of a run is a run of its own: the file says no more.
+    # Another label at the end of a run is a separate run: the file contains no further information.
     found_at_end = () if name == "run" else found
     chance = np.random.default_rng(31)
     burst = rows[PLACE : PLACE + 5]
@@ -395,7 +395,7 @@ def line_faults() -> list[Fault]:
 
 
 def all_faults() -> list[Fault]:
-    """Every fault, those of cells column by column first; zero for zero is none."""
+    """Every fault, those of cells first, column by column; replacing zero by zero is not one."""
     faults = []
     for name in clean().names:
         faults += cell_faults(name) + stretch_faults(name)
@@ -406,7 +406,7 @@ EXPECTED: dict[str, tuple[str, str]] = {
     "run: missing for 30 samples": (
         EITHER, "rows without a run between rows of one run: of that run, or refused"),
 }  # fmt: skip
-"""Faults of which the right outcome is not simply the clean copy's answer, and why."""
+"""Faults whose correct outcome is not the answer of the clean copy, with the reason."""
 
 
 def _judged(fault: Fault) -> Fault:

@@ -1,4 +1,4 @@
-"""Files of up to 5 MB that no logger writes: a result within 10 s and 2 GiB of address space."""
+"""Malicious files of up to 5 MB: a result within 10 s and 2 GiB of address space."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ HOSTILE: dict[str, Writer] = {}
 
 
 def hostile(name: str, suffix: str = ".csv") -> Callable[[Callable[[], bytes]], Writer]:
-    """Enter a maker of bytes into the list, with the suffix that its file gets."""
+    """Add a generator of bytes to the list, with the suffix of its file."""
 
     def enter(make: Callable[[], bytes]) -> Writer:
         def write(folder: Path) -> Path:
@@ -48,7 +48,7 @@ def _rows(rows: int, run: Callable[[int], str] = lambda i: "1") -> str:
 
 
 def _packed(chunk: bytes, times: int, first: bytes = b"") -> bytes:
-    """Compress a chunk many times over: gzip files one behind the other are a gzip file."""
+    """Compress a chunk many times: concatenated gzip files are a gzip file."""
     return gzip.compress(first, mtime=0) + gzip.compress(chunk, mtime=0) * times
 
 
@@ -376,7 +376,7 @@ def _() -> bytes:
     return memory.getvalue()
 
 
-# --- places that are no files --------------------------------------------------------------------
+# --- paths that are not files --------------------------------------------------------------------
 
 
 def _fifo(folder: Path) -> Path:
@@ -409,7 +409,7 @@ HOSTILE |= {
 
 
 def evidence(folder: Path) -> Path:
-    """Write evidence of a diagnosis (``.npz``) that says it inflates to 4 GB."""
+    """Write evidence of a diagnosis (``.npz``) that states an inflated size of 4 GB."""
     file = folder / "one.npz"
     header = io.BytesIO()
     np.lib.format.write_array_header_1_0(

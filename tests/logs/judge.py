@@ -23,15 +23,15 @@ from .clean import DRIVE, HIDDEN, RATIO, Sheet, clean
 from .dress import EITHER, REFUSED, SAME
 
 WITHIN = 0.02
-"""How far the rms of a rung may lie from the clean copy's, or from that of the clean copy without
-the rows that the fault made useless, as a share of it."""
+"""Permitted relative difference of the rms of a rung from that of the clean copy, or from that of
+the clean copy without the rows that the fault made unusable."""
 COMMANDS = ("check", "compare", "diagnose", "fit")
 BAD_INPUT = 2
 
 
 @dataclass
 class Outcome:
-    """What a command did."""
+    """Outcome of a command."""
 
     status: int
     answer: dict[str, Any] = field(default_factory=dict)
@@ -45,7 +45,7 @@ class Outcome:
 def words_of(
     command: str, data: Sequence[Path], maps: Sequence[str], out: Path, drive: Path = DRIVE
 ) -> list[str]:
-    """Give the words of a command line."""
+    """Return the words of a command line."""
     words = [command, *([] if command == "check" else [str(drive)]), *map(str, data)]
     for each in maps:
         words += ["--map", each]
@@ -59,7 +59,7 @@ def words_of(
 def run(
     command: str, data: Sequence[Path], maps: Sequence[str] = (), alone: bool = False
 ) -> Outcome:
-    """Run a command in this process, or in one of its own."""
+    """Run a command in this process, or in a separate one."""
     with tempfile.TemporaryDirectory() as name:
         out = Path(name)
         words = words_of(command, data, maps, out)
@@ -99,7 +99,7 @@ def _run_here(words: list[str]) -> Outcome:
 
 
 def numbers(command: str, answer: dict[str, Any]) -> tuple[dict[str, float], tuple[Any, ...]]:
-    """Give what must agree within 2 % of an answer, and what must be the same."""
+    """Return the parts of an answer that must agree within 2 %, and those that must be equal."""
     if command == "compare":
         return {"rms": answer["rms_arcsec"]}, ()
     if command == "diagnose":
@@ -111,7 +111,7 @@ def numbers(command: str, answer: dict[str, Any]) -> tuple[dict[str, float], tup
 
 
 def campaign_file(folder: Path, sheet: Sheet) -> Path:
-    """Write a sheet as the interface has it."""
+    """Write a sheet in the format of the interface."""
     file = folder / "campaign.csv"
     file.write_text(sheet.text())
     return file
@@ -119,7 +119,7 @@ def campaign_file(folder: Path, sheet: Sheet) -> Path:
 
 @cache
 def right_answer(command: str, sheet: Sheet | None = None) -> dict[str, Any]:
-    """Give the answer of a command to the clean copy, or to a copy with some rows fewer."""
+    """Return the answer of a command to the clean copy, or to a copy without some rows."""
     with tempfile.TemporaryDirectory() as name:
         outcome = run(command, [campaign_file(Path(name), sheet or clean())])
     assert outcome.status == 0, outcome
@@ -127,17 +127,17 @@ def right_answer(command: str, sheet: Sheet | None = None) -> dict[str, Any]:
 
 
 def clean_findings() -> set[str]:
-    """Findings of the clean copy, which are no finding about a dress."""
+    """Findings of the clean copy, which do not concern the format."""
     return {str(finding) for finding in right_answer("check")["findings"]}
 
 
 def differs(
     command: str, answer: dict[str, Any], less: Sheet | None = None, within: float = WITHIN
 ) -> str:
-    """Say in what an answer differs from the right one; nothing where it does not.
+    """Describe the difference of an answer from the correct one; empty if there is none.
 
-    `less` is a copy without the rows that a fault made useless: an answer between those of both
-    copies is right too.
+    `less` is a copy without the rows that a fault made unusable: an answer between those of both
+    copies is also correct.
     """
     found, same = numbers(command, answer)
     wanted, wanted_same = numbers(command, right_answer(command))
@@ -152,7 +152,7 @@ def differs(
 
 
 def refused_well(outcome: Outcome, says: Sequence[str] = ()) -> str:
-    """Describe what is wrong with a refusal: it must be one clear line, and nothing written."""
+    """Describe the fault of a refusal: it must be one clear line, and no file may be written."""
     if outcome.status != BAD_INPUT:
         return f"status {outcome.status}, not {BAD_INPUT}"
     if outcome.error.count("\n") != 1 or not outcome.error.startswith("lostmotion: "):
@@ -191,10 +191,10 @@ def judge(
     finding: Sequence[str] = (),
     alone: bool = False,
 ) -> Verdict:
-    """Run the commands on a log and judge what they answer.
+    """Run the commands on a log and check their answers.
 
-    `finding` are words that one finding of `check` must hold together, each in one of the spellings
-    that a bar parts.
+    `finding` are words that one finding of `check` must contain, each in one of the spellings
+    separated by a bar.
     """
     wrong: list[str] = []
     got: list[str] = []
@@ -229,7 +229,7 @@ def judge(
 
 
 def _only_check_goes(commands: Sequence[str], got: Sequence[str]) -> bool:
-    """`check` knows no drive: what only the drive file tells it cannot see."""
+    """`check` has no drive file, so it cannot detect contradictions to it."""
     return commands[0] == "check" and got[0] == SAME and len(set(got[1:])) == 1
 
 

@@ -41,7 +41,7 @@ def names() -> list[str]:
 
 
 def verdict(name: str, commands: Sequence[str] = COMMANDS, alone: bool = False) -> Verdict:
-    """Write a log, run the commands on it, and judge what they answer."""
+    """Write a log, run the commands on it, and check their answers."""
     with tempfile.TemporaryDirectory() as folder:
         if name in DRESSES:
             dress = DRESSES[name]

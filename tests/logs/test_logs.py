@@ -1,7 +1,7 @@
 """Every dress and every fault has the result of the clean copy, or is refused with a reason.
 
-Here each dress goes through `check`, every fourth through `compare` too, and every fourth fault
-through both; `python -m logs`, a step of ``./dev check``, takes all through all four commands.
+Here each dress is tested with `check`, every fourth also with `compare`, and every fourth fault
+with both. `python -m logs`, a step of ``./dev check``, tests all with all four commands.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ def test_a_slip_is_placed_in_its_run_and_hides_no_effect(
         assert outcome.answer["effects"] == [HIDDEN]
         ladder, right = (a["ladder"] for a in (outcome.answer, right_answer("diagnose")))
         for rung, clean_rung in zip(ladder, right, strict=True):
-            # The step has a size of its own, which is fitted: it is no fault that is set aside.
+            # The size of the step is fitted: it is not a fault that is set aside.
             assert rung["rms_arcsec"] == pytest.approx(clean_rung["rms_arcsec"], rel=0.05)
 
 

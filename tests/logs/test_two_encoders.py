@@ -8,7 +8,7 @@ from pathlib import Path
 from .two_encoders_judge import changed, misread
 
 LOGS = 1500
-"""Generated logs, each way; `python -m logs --two-encoders N` takes more."""
+"""Number of generated logs of each type; `python -m logs --two-encoders N` uses more."""
 
 
 def test_reading_changes_no_bit_of_a_continuous_lost_motion() -> None:

@@ -1,9 +1,9 @@
 """Generated logs of two encoders in which the lost motion is continuous, and the same wrapped.
 
-Every log is dealt by its seed: ratio and its sign, sample rate, stations with dwells, turning
-without end, swinging, moves that were not logged, counts, noise. The lost motion is a spring with a
-play and with noise, far smaller than what one turn of an encoder would make of it, so that which
-readings are wrapped can be told from `output - input / ratio` alone.
+The seed of a log determines ratio and its sign, sample rate, stations with dwells, continuous
+rotation, swinging, moves that were not logged, counts and noise. The lost motion is a spring with a
+play operator and noise, far smaller than its change by one turn of an encoder, so that wrapped
+readings can be identified from `output - input / ratio` alone.
 """
 
 from __future__ import annotations
@@ -37,17 +37,17 @@ class TwoEncoders:
     input_angle_rad: Array
     output_angle_rad: Array
     per_turn: float = 0.0
-    """Counts a turn of the input, where the log holds counts of it."""
+    """Counts per turn of the input, if the log contains counts."""
 
     @property
     def lost_motion_rad(self) -> Array:
-        """What is to be read."""
+        """Correct result of reading."""
         lost: Array = self.output_angle_rad - self.input_angle_rad / self.ratio
         return lost
 
     @property
     def mapping(self) -> dict[str, str]:
-        """What the owner says of the column of counts."""
+        """The user's map of the column of counts."""
         return {"ENC": f"input_angle_rev/{self.per_turn:g}"} if self.per_turn else {}
 
     def csv(self) -> str:
@@ -75,7 +75,7 @@ def _dwells(chance: np.random.Generator, rows: int, ratio: float, logged: bool) 
     """Stations with dwells: the moves between them smooth, or not logged at all."""
     stations = int(chance.integers(2, 12))
     part = rows // stations
-    # Often whole numbers of input turns apart, as stations of an index plate are.
+    # Often a whole number of input turns apart, like the stations of an index plate.
     apart = chance.choice([TURN, TURN * abs(ratio) / 10, chance.uniform(0.1, 30.0)])
     share = 0.0 if not logged else chance.uniform(0.02, 0.5)
     moving = int(share * part)
@@ -95,13 +95,13 @@ def _dwells(chance: np.random.Generator, rows: int, ratio: float, logged: bool) 
 
 
 def _turning(chance: np.random.Generator, rows: int, ratio: float) -> Array:
-    """Turning without end, slowly or by more than a turn a sample."""
+    """Continuous rotation, slow or by more than a turn per sample."""
     per_sample = chance.choice([1e-4, 1e-2, 0.3, 3.0, 3.2, 6.2, 6.4, 20.0, 700.0])
     return per_sample * chance.uniform(0.9, 1.1) * np.arange(rows)
 
 
 def _swinging(chance: np.random.Generator, rows: int, ratio: float) -> Array:
-    """There and back, within a turn or over many."""
+    """Forward and back, within a turn or over many."""
     amplitude = chance.choice([0.01, 1.0, 3.0, 30.0, 3000.0])
     return amplitude * np.sin(TURN * chance.uniform(0.5, 8) * np.arange(rows) / rows)
 
@@ -112,7 +112,7 @@ def _still(chance: np.random.Generator, rows: int, ratio: float) -> Array:
 
 
 def _wandering(chance: np.random.Generator, rows: int, ratio: float) -> Array:
-    """A hand or a robot: long rests and sudden quick moves."""
+    """Motion by hand or by a robot: long rests and sudden fast moves."""
     speed = chance.standard_normal(rows) * (chance.random(rows) < 0.05) * chance.choice([1, 10, 50])
     return np.cumsum(speed)
 
@@ -136,7 +136,7 @@ def _run(chance: np.random.Generator, ratio: float, motion: str) -> tuple[Array,
     swing = chance.uniform(5, 100)
     torque = swing * np.sin(TURN * chance.uniform(0.5, 5) * np.arange(rows) / rows)
     torque += chance.normal(0, 1e-4 * swing, rows)
-    # At most a tenth of what one turn of the input is at the output, or 10 arcmin.
+    # At most a tenth of one input turn at the output, or 10 arcmin.
     reach = min(10 * ARCMIN, 0.1 * TURN / abs(ratio)) * chance.uniform(0.05, 1.0)
     slack = 0.1 * swing
     follows, at = np.empty(rows), 0.0
@@ -157,7 +157,7 @@ def _run(chance: np.random.Generator, ratio: float, motion: str) -> tuple[Array,
 
 
 def continuous(seed: int) -> TwoEncoders:
-    """Deal a log in which nothing is wrapped."""
+    """Generate a log in which no reading is wrapped."""
     chance = np.random.default_rng([31, seed])
     ratio = float(chance.choice(RATIOS) * chance.choice([-1, 1]))
     motion = str(chance.choice(list(MOTIONS)))
@@ -181,9 +181,9 @@ def continuous(seed: int) -> TwoEncoders:
 
 
 def wrapped(seed: int) -> TwoEncoders:
-    """Deal the same log with encoders that wrap at a turn, or counters that pass their end.
+    """Generate the same log with encoders that wrap at a turn, or counters that overflow.
 
-    Counters come as counts, and the owner states how many a turn has, not where they end.
+    Counters are logged as counts; the user states the counts per turn, not the overflow.
     """
     log = continuous(seed)
     chance = np.random.default_rng([32, seed])
@@ -211,7 +211,7 @@ def wrapped(seed: int) -> TwoEncoders:
 
 
 def is_wrapped(log: TwoEncoders, clean: TwoEncoders) -> bool:
-    """Whether any reading passed an end: the lost motion jumps within a run."""
+    """Whether any reading passed the end of its range: the lost motion jumps within a run."""
     shift = log.lost_motion_rad - clean.lost_motion_rad
     rounded = TURN / log.per_turn / abs(log.ratio) if log.per_turn else 0.0
     return any(np.ptp(shift[log.run == label]) > 1e-3 + rounded for label in np.unique(log.run))

@@ -21,7 +21,7 @@ COLUMNS = {
 
 
 def changed(seed: int, folder: Path) -> str:
-    """Describe what reading changes in a continuous log; nothing where it changes no bit."""
+    """Describe changes of a continuous log by reading; empty if no bit changes."""
     log = continuous(seed)
     try:
         campaign = read_campaign(log.write(folder), ratio=log.ratio)
@@ -36,10 +36,10 @@ def changed(seed: int, folder: Path) -> str:
 
 
 def misread(seed: int, folder: Path) -> str | None:
-    """Describe how reading errs in a wrapped log; None where it is not wrapped at all.
+    """Describe the error of reading a wrapped log; None if it is not wrapped.
 
-    Right is the lost motion of the log that does not wrap, save for one shift a run, with a
-    finding; or a refusal that names the angles; or both readings, said of each run that is wrong.
+    Correct results: the lost motion of the log without wraps, except for one shift per run, with a
+    finding; a refusal that names the angles; or both readings, stated for each run that is wrong.
     """
     clean, log = continuous(seed), wrapped(seed)
     if not is_wrapped(log, clean):
@@ -76,7 +76,8 @@ def _said(campaign: Campaign) -> str:
 
 
 def two_encoders_table(logs: int) -> int:
-    """Print what reading makes of so many logs, as they are and wrapped; 1 where it errs."""
+    """Print the results of reading a number of logs, unchanged and wrapped; 1 if there are
+    errors."""
     wrong = []
     for judge in (changed, misread):
         with tempfile.TemporaryDirectory() as folder:

@@ -17,16 +17,16 @@ from .hostile import ADDRESSES_BYTES, HOSTILE, PATIENCE_S, evidence
 
 @dataclass(frozen=True)
 class Walled:
-    """What came of it."""
+    """Outcome of a command."""
 
     status: int
-    """-1 where it was not done in time."""
+    """-1 if it exceeded the time limit."""
     error: str
     seconds: float
-    """Of processor time."""
+    """Seconds of processor time."""
 
     def wrong(self) -> str:
-        """Describe what is wrong; nothing where it answered, or refused in one line."""
+        """Describe the fault; empty if the command answered, or refused in one line."""
         if self.status == -1:
             return f"not done in {PATIENCE_S:g} s"
         if "Traceback" in self.error:
@@ -41,7 +41,7 @@ class Walled:
 
 
 CLOCKS = 12
-"""A machine that does other things besides takes so many times the processor time at most."""
+"""Largest ratio of wall time to processor time on a busy machine."""
 
 
 def _wall() -> None:
@@ -52,7 +52,7 @@ def _wall() -> None:
 
 
 def run_walled(words: list[str], folder: Path) -> Walled:
-    """Run a command in a process of its own whose addresses are limited."""
+    """Run a command in a separate process with limited address space."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     try:
         done = subprocess.run(
@@ -88,13 +88,13 @@ def against(name: str, command: str) -> Walled:
 
 
 def against_evidence() -> Walled:
-    """Merge evidence that says it inflates to 4 GB."""
+    """Merge evidence that states an inflated size of 4 GB."""
     with tempfile.TemporaryDirectory() as folder:
         return run_walled(["merge", str(evidence(Path(folder)))], Path(folder))
 
 
 def hostile_table(words: Sequence[str], commands: Sequence[str] = COMMANDS) -> int:
-    """Print what comes of every hostile file; 1 where something is wrong."""
+    """Print the outcome of every hostile file; 1 if one is wrong."""
     wrong = 0
     for name in HOSTILE:
         if words and not any(word.lower() in name.lower() for word in words):

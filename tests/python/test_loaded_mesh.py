@@ -18,9 +18,7 @@ import pytest
 from lostmotion.drives import read_drive
 from lostmotion.model import DesignModel
 
-pytest.importorskip(
-    "skfem", reason="pip install scikit-fem: finite elements to compare with"
-)
+pytest.importorskip("skfem", reason="pip install scikit-fem: finite elements to compare with")
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from brute_force.loaded_mesh import (
@@ -73,9 +71,7 @@ def loaded(folder: Path) -> tuple[DesignModel, Any]:
     c = model.core
     workspace, fault = c.ffi.new("lm_design_workspace *"), c.fault()
     c.check(
-        c.lib.lm_prepare_meshes(
-            model.drive, c.lib.LM_NEUTRAL_LINE_NODES, workspace, fault
-        ),
+        c.lib.lm_prepare_meshes(model.drive, c.lib.LM_NEUTRAL_LINE_NODES, workspace, fault),
         fault,
     )
     torque = c.array([model.rated_torque_Nm])
@@ -98,24 +94,16 @@ def disc_supports(model: DesignModel, mesh: Any) -> tuple[np.ndarray, np.ndarray
     angles = half * np.linspace(-1, 1, places)
     stiffness = drive.support.ring_stiffness_N_mm2
     shape = c.ffi.addressof(mesh.line, "shape")
-    force = (
-        c.lib.lm_shape_generator_force(shape)
-        * stiffness
-        * drive.generator.deflection_mm
-    )
+    force = c.lib.lm_shape_generator_force(shape) * stiffness * drive.generator.deflection_mm
     force = force / radius**3 + drive.rated_torque_Nm * 1e3 / (2 * radius) * math.tan(
         drive.teeth.pressure_angle_rad
     )
     share = STRIBECK / drive.support.balls
-    bearing = share * c.lib.lm_ball_compliance(
-        drive.support.ball_diameter_mm, share * force
-    )
+    bearing = share * c.lib.lm_ball_compliance(drive.support.ball_diameter_mm, share * force)
     thickness = drive.flexspline.rim_thickness_mm + drive.support.race_thickness_mm
     steel = drive.material.youngs_modulus_MPa * drive.teeth.face_width_mm
     own = thickness / (steel * 2 * half * radius / places)
-    return angles, own * np.eye(places) + bearing * np.outer(
-        np.cos(angles), np.cos(angles)
-    )
+    return angles, own * np.eye(places) + bearing * np.outer(np.cos(angles), np.cos(angles))
 
 
 def test_the_same_pairs_share_a_torque_as_by_finite_elements(tmp_path: Path) -> None:
@@ -140,9 +128,7 @@ def test_the_same_pairs_share_a_torque_as_by_finite_elements(tmp_path: Path) -> 
     numbers = [round(a * drive.teeth.flexspline_teeth / (2 * math.pi)) for a in angles]
     arm = np.array([pair.arm_mm for pair in pairs])
     gap = np.array([pair.gap_rad for pair in pairs])
-    foot = [
-        c.lib.lm_place_tooth(c.ffi.addressof(mesh.line), a).radius_mm for a in angles
-    ]
+    foot = [c.lib.lm_place_tooth(c.ffi.addressof(mesh.line), a).radius_mm for a in angles]
     own = np.minimum(arm - foot + size.neutral_mm, size.flexspline_tip_mm - EDGE_MM)
     opposite = np.maximum(arm, size.rigid_tip_mm + EDGE_MM)
 
@@ -151,9 +137,7 @@ def test_the_same_pairs_share_a_torque_as_by_finite_elements(tmp_path: Path) -> 
         return float(c.lib.lm_evaluate_involute(flank, radius).half_angle_rad)
 
     def half_of_rigid(radius: float) -> float:
-        space = c.lib.lm_evaluate_involute(
-            c.ffi.addressof(size, "rigid"), radius
-        ).half_angle_rad
+        space = c.lib.lm_evaluate_involute(c.ffi.addressof(size, "rigid"), radius).half_angle_rad
         return math.pi / size.rigid_teeth - float(space)
 
     steel = (
