@@ -177,7 +177,7 @@ class Ring:
 
 
 def free_ring(gear: Gear, loads: Sequence[Load], supports_rad: Array) -> Array:
-    """Compliance [mm/N] of the flexspline's ring, both halves loaded alike, in its own frame.
+    """Compliance [mm/N] of the flexspline's ring, both halves loaded equally, in its own frame.
 
     Rows and columns: the loads, then outward forces on the back of the ring at the supports. The
     mean displacement along the back is 0: there the torque is removed evenly, as by a cup.

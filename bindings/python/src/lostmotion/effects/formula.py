@@ -34,7 +34,7 @@ MULTIPLIED_OUT = 6
 
 
 def _power(x: FloatArray, exponent: FloatArray) -> FloatArray:
-    """As `lm_power`: the result is 0 for a base of 0 or less."""
+    """As `lm_power`: the result is 0 for an x of 0 or less."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(np.asarray(x) > 0, np.maximum(x, LOGARITHM_MIN) ** exponent, 0.0)
 
