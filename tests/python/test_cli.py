@@ -335,7 +335,7 @@ LIGHT = {
 
 HEAVY = {
     *("numpy", "scipy", "cffi", "threadpoolctl", "shtab"),
-    *("pyarrow", "pandas", "dask", "distributed", "nicegui", "starlette"),
+    *("pyarrow", "pandas", "dask", "distributed", "nicegui", "starlette", "plotly"),
 }
 """What takes longer to import than they may take."""
 

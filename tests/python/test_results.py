@@ -111,8 +111,7 @@ def test_a_copy_by_pickle_says_the_same(fitted: lm.FittedModel) -> None:
 
 
 def test_figures_hold_every_run(campaign: lm.Campaign, fitted: lm.FittedModel) -> None:
-    pytest.importorskip("plotly", reason="plotly not installed: pip install plotly")
-    assert len(fitted.plot().data) == 2 * len(campaign.runs)
+    assert len(fitted.plot().data) == 3 * len(campaign.runs)
     figure = fitted.plot_residuals("temperature_C")
     assert len(figure.data) == len(campaign.runs)
     assert sum(len(trace.y) for trace in figure.data) <= campaign.rows
@@ -129,7 +128,9 @@ def test_figures_hold_every_run(campaign: lm.Campaign, fitted: lm.FittedModel) -
     correlated = np.asarray(fitted.plot_correlations().data[0].z)
     np.testing.assert_allclose(np.diag(correlated), 1.0)
     assert np.all(np.abs(correlated) <= 1 + 1e-9)
-    assert list(fitted.plot_ladder().data[0].x) == ["baseline model", "+ thermal_gap"]
+    bars = fitted.plot_ladder().data[0]
+    assert list(bars.customdata) == ["baseline model", "+ thermal_gap"]
+    assert list(bars.x) == [rung["rms_arcsec"] for rung in fitted.ladder]
     with pytest.raises(lm.InputError, match="plot_residuals: against: found nothing_like_it"):
         fitted.plot_residuals("nothing_like_it")
 
@@ -151,7 +152,6 @@ def test_a_script_over_the_whole_of_it_runs(
 
 
 def test_a_prediction_is_a_table_and_a_figure() -> None:
-    pytest.importorskip("plotly", reason="plotly not installed: pip install plotly")
     prediction = lm.predict(lm.read_drive(JOINT / "joint.toml"), [0.0, 10.0, 20.0])
     frame = prediction.to_dataframe()
     assert list(frame["torque_Nm"]) == [0.0, 10.0, 20.0]
@@ -163,7 +163,6 @@ def test_a_prediction_is_a_table_and_a_figure() -> None:
 def test_the_readme_runs(
     campaign: lm.Campaign, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    pytest.importorskip("plotly", reason="plotly not installed: pip install plotly")
     (code,) = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
     shutil.copy(JOINT / "joint.toml", tmp_path)
     pd.DataFrame(campaign.table()).to_csv(tmp_path / "joint.csv.gz", index=False)

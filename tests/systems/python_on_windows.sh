@@ -35,7 +35,7 @@ if [ ! -f "$windows/python3.dll" ]; then
 fi
 [ -d "$folder/site/numpy" ] ||
   "$python" -m pip install -qq --platform win_amd64 --python-version 3.11 --only-binary=:all: \
-    --target "$folder/site" cffi "numpy==1.24.*" "scipy==1.10.*" "pyarrow==14.*" shtab threadpoolctl
+    --target "$folder/site" cffi "numpy==1.24.*" "scipy==1.10.*" "pyarrow==14.*" shtab threadpoolctl plotly
 
 nlopt=${NLOPT_SOURCE:-$(sh "$root/optimizer/nlopt_from_debian.sh" "$folder/nlopt" || true)}
 "$python" -m cmake -S "$root/bindings/python" -B "$folder/build" -G Ninja \

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from lostmotion.demo.controller import Emulated, Scores
@@ -9,11 +11,14 @@ from lostmotion.design import SearchResult
 from lostmotion.discover.answer import Diagnosis
 from lostmotion.drives import Drive
 from lostmotion.report import Section
-from lostmotion.report.chart import Axes, round_up
+from lostmotion.report.charts import Chart
+from lostmotion.report.figure_data import FigureData
 from lostmotion.report.front import front_figure
-from lostmotion.report.page import Figure, FigureData, PageTable
-from lostmotion.report.svg import BLUE, FAINT, ORANGE, SMALL_SIZE, Drawing, signs, text_width
+from lostmotion.report.page import PageTable
+from lostmotion.report.svg import signs
 from lostmotion.report.wording import words
+from lostmotion.results import figures
+from lostmotion.results.colours import BLUE, FAINT, ORANGE
 
 
 def overview_section(
@@ -93,11 +98,12 @@ def controller_section(
         f"loops at unusual temperatures. {where}",
         [("emulated", "Cortex-M4F" if ran else "no"), ("CRC-32 of all bits", scores.bits)],
         [
-            Figure(
+            Chart(
+                "controller",
                 "Error of the output at unusual temperatures",
                 "rms in arc seconds: of the joint alone, with the parameters of the fit without "
                 "the effect, and with it.",
-                lambda width: draw_scores(plain, scores, width),
+                lambda: [draw_scores(plain, scores)],
                 FigureData(
                     "controller",
                     {
@@ -114,29 +120,28 @@ def controller_section(
     )
 
 
-def draw_scores(plain: Scores, scores: Scores, width: float) -> str:
+def draw_scores(plain: Scores, scores: Scores) -> Any:
     """Draw three bars for each run."""
-    left, top, row, bar = 58.0, 40.0, 58.0, 13.0
-    inks = (FAINT, ORANGE, BLUE)
-    parts = (scores.before, plain.after, scores.after)
-    height = row * len(scores.labels)
-    drawing = Drawing(width, top + height + 44, "Error of the output, arcsec rms")
-    most = round_up(1.15 * float(scores.before.max()))
-    axes = Axes(drawing, (left, top, width - left - 16, height), (0.0, most), (0.0, 1.0))
-    axes.frame("rms, arcsec", "", ticks=(width / 110, 0.0))
-    for i, temperature in enumerate(scores.temperature_C):
-        y = top + row * i + 7
-        drawing.text(left - 8, y + 1.9 * bar, f"{temperature:.0f} °C", anchor="end")
-        for k, (ink, values) in enumerate(zip(inks, parts, strict=True)):
-            end = float(axes.x(values[i]))
-            drawing.rectangle(left, y + k * (bar + 1), max(end - left, 1.0), bar, ink)
-            drawing.text(end + 5, y + k * (bar + 1) + 11, f"{values[i]:.1f}", size=SMALL_SIZE)
-    x = left
-    for ink, name in zip(inks, ("uncompensated", "baseline", "with effect"), strict=True):
-        drawing.rectangle(x, 10, 12, 12, ink)
-        drawing.text(x + 17, 20, name, size=SMALL_SIZE)
-        x += 34 + text_width(name, SMALL_SIZE)
-    return drawing.render()
+    figure = figures.framed("", "rms, arcsec", "", 110 + 74 * len(scores.labels))
+    rows = [f"{temperature:.0f} °C" for temperature in scores.temperature_C]
+    for name, ink, values in (
+        ("uncompensated", FAINT, scores.before),
+        ("baseline", ORANGE, plain.after),
+        ("with effect", BLUE, scores.after),
+    ):
+        figure.add_bar(
+            x=values,
+            y=rows,
+            orientation="h",
+            name=name,
+            marker={"color": ink},
+            text=[f"{value:.1f}" for value in values],
+            textposition="outside",
+            cliponaxis=False,
+        )
+    figure.update_yaxes(autorange="reversed", showgrid=False, type="category")
+    figure.update_xaxes(range=[0, 1.15 * float(np.max(scores.before))])
+    return figure
 
 
 def design_section(designs: dict[str, SearchResult] | str) -> Section:

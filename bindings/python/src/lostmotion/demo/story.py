@@ -37,7 +37,6 @@ from lostmotion.own_folder import claim, release
 from lostmotion.recordings import Campaign, read_campaign
 from lostmotion.report import Section, comparison_section, write_report
 from lostmotion.report.discovery import diagnosis_section
-from lostmotion.report.plots import Plot
 from lostmotion.threads import one_thread
 from lostmotion.units import ARCMIN, ARCSEC
 
@@ -180,9 +179,6 @@ def demonstrate(
         design_section(designs),
         *others.sections,
     ]
-    for section in sections:
-        # Including Plotly would make the page larger than 8 MB; `compare --report` has the plots.
-        section.blocks = [block for block in section.blocks if not isinstance(block, Plot)]
     report = folder / "report.html"
     write_report(report, TITLE, LEAD, sections, command)
     release(folder)

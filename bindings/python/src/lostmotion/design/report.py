@@ -25,22 +25,23 @@ from lostmotion.files import write_whole
 from lostmotion.model import design_model
 from lostmotion.predict import predict
 from lostmotion.report import Section, drive_section
-from lostmotion.report.chart import Axes, axis_range
+from lostmotion.report.charts import Chart, page_figure, script_json
+from lostmotion.report.figure_data import FigureData
+from lostmotion.report.front import draw_front
 from lostmotion.report.mesh import make_mesh
 from lostmotion.report.page import (
     Block,
-    Figure,
-    FigureData,
     Notes,
     PageTable,
     Raw,
     render,
-    script_json,
 )
 from lostmotion.report.sources import file_fingerprint
-from lostmotion.report.svg import BLUE, INK, ORANGE, SMALL_SIZE, Drawing, signs
+from lostmotion.report.svg import Drawing, signs
 from lostmotion.report.teeth import View, draw_view
 from lostmotion.report.wording import unit_text, words, written
+from lostmotion.results import figures as charts
+from lostmotion.results.colours import BLUE, FAINT, ORANGE, RED
 from lostmotion.units import split_unit
 
 UNITS = {
@@ -202,6 +203,7 @@ def explorer(result: SearchResult, context: Context) -> str:
     if context.starts:
         start = [context.starts[1].figures[name] for name in result.objectives]
     data = {"objectives": names, "designs": designs, "start": start}
+    drawn = page_figure(_trade_off(result, start))
     body = script_json(data)
     folder = files("lostmotion.design")
     style = (folder / "explorer.css").read_text(encoding="utf-8")
@@ -219,14 +221,39 @@ def explorer(result: SearchResult, context: Context) -> str:
         f"<style>{style}</style>"
         '<div class="explorer"><div>'
         f"{choosers}"
-        '<svg class="plot" viewBox="0 0 560 420" role="group" aria-label="trade-off"></svg>'
+        '<div class="chart" id="front" role="group" tabindex="0" aria-label="trade-off" '
+        f'style="height:{drawn["layout"]["height"]}px"></div>'
+        f'<script type="application/json" id="front-data">{script_json(drawn)}</script>'
         '<p class="hint">Arrow keys go from design to design. Grey: tolerance grades not yet '
         "rounded to whole ones. "
         f'<a download="front.csv" href="data:text/csv;charset=utf-8,{numbers}">numbers (CSV)</a>'
         '</p></div><div class="drive"><noscript>Without scripts the designs are in front.csv.'
-        f'</noscript></div><script type="application/json">{body}</script></div>'
+        f'</noscript></div><script type="application/json" class="designs">{body}</script></div>'
         f"<script>{script}</script>"
     )
+
+
+def _trade_off(result: SearchResult, start: Sequence[float] | None) -> Any:
+    """Draw the front: grey where grades are not yet whole, with the textbook start."""
+    units = [_unit(unit) for unit in result.units]
+    figure = draw_front([one["objectives"] for one in result.front], result.objectives, units)
+    figure.update_traces(
+        marker_color=[BLUE if one["verified"] else FAINT for one in result.front],
+        selected={"marker": {"color": ORANGE, "size": 13}},
+        unselected={"marker": {"opacity": 1}},
+        selector={"mode": "markers"},
+    )
+    if start is not None:
+        i, j = 0, min(1, len(start) - 1)
+        figure.add_scatter(
+            x=[start[i]],
+            y=[start[j]],
+            name="textbook start",
+            mode="markers",
+            marker={"symbol": "square-open", "size": 11, "color": RED},
+            showlegend=True,
+        )
+    return figure
 
 
 def _front_table(result: SearchResult) -> FigureData:
@@ -297,7 +324,7 @@ def _close_up(document: Mapping[str, Any]) -> str:
     return drawing.render()
 
 
-def _history_figure(result: SearchResult) -> Figure:
+def _history_figure(result: SearchResult) -> Chart:
     with (result.folder / "history.csv").open(encoding="utf-8", newline="") as stream:
         rows = list(csv.DictReader(stream))
     at = np.array([float(row["evaluations"]) for row in rows])
@@ -308,15 +335,13 @@ def _history_figure(result: SearchResult) -> Figure:
         best = ARCMIN_PER_RAD / best
     found = np.isfinite(best)
 
-    def draw(width: float) -> str:
-        drawing = Drawing(width, 230.0, "best so far over the evaluations")
-        y = axis_range([float(v) for v in best[found]]) if found.any() else (0.0, 1.0)
-        axes = Axes(drawing, (62.0, 30.0, width - 82, 140.0), (0.0, float(at.max() or 1)), y)
-        axes.frame("evaluations", f"{name.replace('_', ' ')}, {_unit(unit)}")
-        axes.curve(at[found], best[found], BLUE, 1.8)
-        return drawing.render()
+    def draw() -> list[Any]:
+        figure = charts.framed("", "evaluations", f"{words(name)}, {_unit(unit)}", 250)
+        charts.line(figure, at[found], best[found], BLUE, width=1.8)
+        return [figure]
 
-    return Figure(
+    return Chart(
+        "history",
         "Progress of the search",
         f"The best {name.replace('_', ' ')} over the number of evaluations. It may rise at the "
         "end, where tolerance grades are rounded to whole ones and gaps are also checked "
@@ -524,31 +549,32 @@ def _levels_table(result: SearchResult, seen: Mapping[str, Any]) -> PageTable:
     )
 
 
-def _shares_figure(result: SearchResult, seen: Mapping[str, Any]) -> Figure:
+def _shares_figure(result: SearchResult, seen: Mapping[str, Any]) -> Chart:
     assert result.best is not None
     links = _links(result.best)
     names = [link["name"] for link in links]
     worst = [float(share["worst"] or 0) for share in seen["tolerance_percent"]]
     probable = [float(share["probable"] or 0) for share in seen["tolerance_percent"]]
 
-    def draw(width: float) -> str:
-        row = 46.0
-        drawing = Drawing(width, 40 + row * len(names), "share of each tolerance")
-        top = max([*worst, *probable, 1.0])
-        for i, name in enumerate(names):
-            y = 18 + row * i
-            drawing.text(4, y, name, size=SMALL_SIZE)
-            for k, (value, ink) in enumerate(((worst[i], BLUE), (probable[i], ORANGE))):
-                length = max((width - 130) * value / top, 0.5)
-                drawing.rectangle(4, y + 5 + 13 * k, length, 10, ink, ink)
-                drawing.text(10 + length, y + 14 + 13 * k, f"{value:.1f} %", size=SMALL_SIZE)
-        y = 26 + row * len(names)
-        for k, (name, ink) in enumerate((("worst case", BLUE), ("probable", ORANGE))):
-            drawing.rectangle(4 + 110.0 * k, y, 10, 10, ink, ink)
-            drawing.text(19 + 110.0 * k, y + 9.5, name, size=SMALL_SIZE, fill=INK)
-        return drawing.render()
+    def draw() -> list[Any]:
+        figure = charts.framed("", "share, %", "", 100 + 46 * len(names))
+        for name, ink, shares in (("worst case", BLUE, worst), ("probable", ORANGE, probable)):
+            figure.add_bar(
+                x=shares,
+                y=[f"{i + 1} {one}" for i, one in enumerate(names)],
+                orientation="h",
+                name=name,
+                marker={"color": ink},
+                text=[f"{value:.1f} %" for value in shares],
+                textposition="outside",
+                cliponaxis=False,
+            )
+        figure.update_xaxes(range=[0, 1.2 * max([*worst, *probable, 1.0])])
+        figure.update_yaxes(autorange="reversed", showgrid=False)
+        return [figure]
 
-    return Figure(
+    return Chart(
+        "tolerance_shares",
         "What each tolerance contributes to the radial gap",
         "Share of the width between the limits (worst case) and of the variance (probable).",
         draw,

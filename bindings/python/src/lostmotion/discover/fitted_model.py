@@ -140,7 +140,7 @@ class FittedModel(WhitenedResult):
 
     def plot_ladder(self) -> Any:
         """Plot the error after each effect (Plotly figure)."""
-        return figures.ladder(self.ladder, self.noise_floor_arcsec)
+        return figures.ladder_of(self.ladder, self.noise_floor_arcsec)
 
     def answer(self) -> dict[str, Any]:
         """Return the answer of ``fit`` for JSON."""

@@ -140,12 +140,11 @@ class ModelResult:
         return [column[at] for at in self.fitted_base().conditions.slices()]
 
     def plot(self) -> Any:
-        """Plot measured and modelled loops (Plotly figure)."""
+        """Plot measured and modelled loops, and the residual below (Plotly figure)."""
         columns, labels = self.samples(), self.fitted_base().conditions.labels
-        torque, measured, model = (
-            self.by_runs(columns[name]) for name in ("torque_Nm", "measured_arcmin", "model_arcmin")
-        )
-        return figures.loops(torque, measured, model, labels)
+        names = ("torque_Nm", "measured_arcmin", "model_arcmin", "residual_arcsec")
+        torque, measured, model, residual = (self.by_runs(columns[name]) for name in names)
+        return figures.loops(torque, measured, model, labels, residual)
 
     def plot_predicted(self) -> Any:
         """Plot measured against predicted lost motion, run by run (Plotly figure)."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -11,11 +12,13 @@ from lostmotion.catalogue import Catalogue
 from lostmotion.characterize import Characterization, StandardFigures
 from lostmotion.characterize.characterization import sheet_figures
 from lostmotion.characterize.printed import NAMES, cells, flat
-from lostmotion.report.chart import Axes, axis_range
-from lostmotion.report.page import Figure, FigureData, Notes, PageTable, Section
+from lostmotion.report.charts import Chart
+from lostmotion.report.figure_data import FigureData
+from lostmotion.report.page import Notes, PageTable, Section
 from lostmotion.report.sources import file_fingerprint
-from lostmotion.report.svg import ORANGE, SMALL_SIZE, SOFT, Drawing, text_width
 from lostmotion.report.wording import written
+from lostmotion.results import figures
+from lostmotion.results.colours import MEASURED, MODEL
 from lostmotion.units import ARCMIN, plain_number
 
 CURVE_POINTS = 241
@@ -36,7 +39,7 @@ def characterization_section(result: Characterization, files: Sequence[str | Pat
     if result.ratio is not None:
         facts.append(("ratio", f"{result.ratio:.6g} ({result.ratio_from})"))
     sheet = None if result.drive is None else result.drive.catalogue
-    blocks: list[Notes | PageTable | Figure] = []
+    blocks: list[Notes | PageTable | Chart] = []
     if answer["findings"]:
         blocks.append(Notes("About the data", answer["findings"]))
     if result.figures.fit is not None:
@@ -59,10 +62,10 @@ def characterization_section(result: Characterization, files: Sequence[str | Pat
 
 
 def figures_table(
-    figures: Mapping[str, StandardFigures], sheet: Catalogue | None, rated_torque_Nm: float
+    kinds: Mapping[str, StandardFigures], sheet: Catalogue | None, rated_torque_Nm: float
 ) -> PageTable:
     """Table of standard figures, of one or several kinds of loops."""
-    answers = {name: flat(found.answer()) for name, found in figures.items()}
+    answers = {name: flat(found.answer()) for name, found in kinds.items()}
     stated = {} if sheet is None else sheet_figures(sheet, rated_torque_Nm)
     rows = []
     reasons: dict[str, None] = {}
@@ -95,14 +98,15 @@ def figures_table(
     )
 
 
-def curve_figure(result: Characterization) -> Figure:
+def curve_figure(result: Characterization) -> Chart:
     """Make the figure of the loops with their mean curve."""
     samples = result.figures.samples
-    return Figure(
+    return Chart(
+        "loops",
         f"Torque loops of {result.name} and their mean curve",
         "Samples of the loops averaged in torque bins (grey), each loop about its own middle, "
         "and the mean curve as straight lines (orange).",
-        lambda width: draw_curve(result, width),
+        lambda: [draw_curve(result)],
         FigureData(
             "loops",
             {
@@ -132,31 +136,24 @@ def middled(result: Characterization) -> np.ndarray:
     return samples.angle_rad - balance[samples.loop]
 
 
-def draw_curve(result: Characterization, width: float) -> str:
+def draw_curve(result: Characterization) -> Any:
     """Draw the loops and the curve."""
     samples, fit = result.figures.samples, result.figures.fit
     assert fit is not None
-    height = 340.0 if width > 600 else 250.0
-    drawing = Drawing(width, height + 92, f"Torque loops of {result.name} and their mean curve")
-    x = width - 14
-    for name, ink, thick in (("mean curve", ORANGE, 1.8), ("measured", SOFT, 1.4)):
-        drawing.text(x, 16, name, size=SMALL_SIZE, anchor="end")
-        x -= text_width(name, SMALL_SIZE) + 42
-        drawing.line((x, 12, x + 26, 12), ink, thick)
-        x -= 18
+    figure = figures.framed("", "torque on the output, N·m", "lost motion, arcmin", 460)
     angle = middled(result) / ARCMIN
-    axes = Axes(
-        drawing,
-        (58.0, 44.0, width - 72.0, height),
-        axis_range([samples.low_Nm, samples.high_Nm], 0.03),
-        axis_range([float(angle.min()), float(angle.max())]),
-    )
-    axes.frame("torque on the output, N·m", "lost motion, arcmin")
-    axes.open()
-    for stretch in np.unique(samples.stretch):
+    for i, stretch in enumerate(np.unique(samples.stretch)):
         at = samples.stretch == stretch
-        axes.curve(samples.torque_Nm[at], angle[at], SOFT, 1.1, opacity=0.75)
+        figures.line(
+            figure,
+            samples.torque_Nm[at],
+            angle[at],
+            MEASURED,
+            "measured",
+            width=1,
+            legendgroup="measured",
+            showlegend=i == 0,
+        )
     torque = np.linspace(samples.low_Nm, samples.high_Nm, CURVE_POINTS)
-    axes.curve(torque, fit.angle(torque) / ARCMIN, ORANGE, 1.8)
-    axes.close()
-    return drawing.render()
+    figures.line(figure, torque, fit.angle(torque) / ARCMIN, MODEL, "mean curve", width=2)
+    return figure

@@ -14,11 +14,11 @@ from lostmotion.discover.fitted_model import FittedModel
 from lostmotion.drives import Drive
 from lostmotion.fit.drive_file import SAMPLES_LEAST
 from lostmotion.recordings import say_findings
-from lostmotion.report.evidence import alike_figure, dots_figure, shape_figure
+from lostmotion.report.charts import Chart, plots_of
+from lostmotion.report.evidence import alike_figure, dots_figure, gains_of, shape_figure
 from lostmotion.report.ladder import ladder_figure
 from lostmotion.report.overlay import overlay_figure
-from lostmotion.report.page import Figure, Notes, PageTable, Section, plot_blocks
-from lostmotion.report.plots import plots_of
+from lostmotion.report.page import Notes, PageTable, Section
 from lostmotion.report.residual_grids import grids_figure
 from lostmotion.report.sources import sources_of
 from lostmotion.report.svg import signs
@@ -128,9 +128,9 @@ def diagnosis_section(drive: Drive, found: Diagnosis, files: Sequence[str | Path
         residuals.append(("added", after.residual()))
     blocks.append(grids_figure(c, residuals, floor, drive.name))
     blocks.append(_contest(answer))
-    blocks.append(dots_figure(selection, c.labels, drive.name))
-    figures: list[Figure | None] = [shape_figure(step, drive.name) for step in selection.steps]
-    figures.append(alike_figure(selection.steps[0], drive.name))
+    blocks.append(dots_figure(gains_of(selection), c.labels))
+    figures: list[Chart | None] = [shape_figure(step) for step in selection.steps]
+    figures.append(alike_figure(selection.steps[0]))
     blocks += [figure for figure in figures if figure is not None]
     if answer["events"]:
         blocks.append(
@@ -280,7 +280,7 @@ def fit_section(drive: Drive, model: FittedModel, files: Sequence[str | Path]) -
     if after.terms:
         residuals.append(("added", after.residual()))
     section.blocks.append(grids_figure(c, residuals, floor, drive.name))
-    section.blocks += plot_blocks(plots_of(model))
+    section.blocks += plots_of(model)
     held = model.not_fitted()
     bound = {name: value for name, value in model.at_bound().items() if name not in held}
     fitted = list(zip(model.names, model.values, model.standard_errors, strict=True))

@@ -14,22 +14,13 @@ from lostmotion.discover.choice import Step
 from lostmotion.discover.contest_round import RecordedRound
 from lostmotion.discover.recorded_model import Selection
 from lostmotion.evidence.overlap import principal_angles
-from lostmotion.report.chart import Axes, axis_range
-from lostmotion.report.page import Figure, FigureData
-from lostmotion.report.svg import (
-    BLUE,
-    GRID,
-    INK,
-    ORANGE,
-    PAPER,
-    SMALL_SIZE,
-    SOFT,
-    Array,
-    Drawing,
-    signs,
-    text_width,
-)
+from lostmotion.report.charts import Chart
+from lostmotion.report.figure_data import FigureData
+from lostmotion.report.svg import Array, signs
 from lostmotion.report.wording import with_signs, words
+from lostmotion.results import figures
+from lostmotion.results.colours import BLUE, INK, ORANGE
+from lostmotion.results.figures import axis_range
 
 IntArray = npt.NDArray[np.intp]
 
@@ -41,15 +32,6 @@ ALIKE_SHOWN = 10
 
 SHAPE_BINS = 160
 """Bins of the quantity on which a shape depends."""
-
-
-def cut_to_width(text: str, room: float) -> str:
-    """Shorten a text to the available width."""
-    if text_width(text) <= room:
-        return text
-    while text and text_width(text + "…") > room:
-        text = text[:-1]
-    return text.rstrip() + "…"
 
 
 def gains_of(selection: Selection) -> list[tuple[str, Array]]:
@@ -69,15 +51,15 @@ def gains_of(selection: Selection) -> list[tuple[str, Array]]:
     return found
 
 
-def dots_figure(selection: Selection, labels: Sequence[object], name: str) -> Figure:
-    """Make the figure of the gain of every run."""
-    gains = gains_of(selection)
-    return Figure(
+def dots_figure(gains: Sequence[tuple[str, Array]], labels: Sequence[object]) -> Chart:
+    """Make the figure of the gain of every run, of some candidates."""
+    return Chart(
+        "gain_by_run",
         "Evidence by run",
         "Gain of each run in log predictive density (nats) when it is predicted by a fit to "
         "the others with the candidate in the model: right of zero the run supports it. An "
         "effect that only a single run supports is not accepted. Dark: the sum over all runs.",
-        lambda width: draw_dots(gains, width, name),
+        lambda: [draw_dots(gains, labels)],
         FigureData(
             "gain_by_run",
             {
@@ -88,39 +70,33 @@ def dots_figure(selection: Selection, labels: Sequence[object], name: str) -> Fi
     )
 
 
-def draw_dots(gains: Sequence[tuple[str, Array]], width: float, name: str) -> str:
+def draw_dots(gains: Sequence[tuple[str, Array]], labels: Sequence[object]) -> Any:
     """Draw a row of dots for each candidate."""
-    texts = [cut_to_width(n, 0.4 * width) for n, _ in gains]
-    left = 14.0 + max(text_width(t) for t in texts)
-    top, row = 24.0, 30.0
-    height = row * len(gains)
-    drawing = Drawing(width, top + height + 44, f"Gain of every run of {name}")
-    every = np.concatenate([g for _, g in gains])
-    axes = Axes(
-        drawing,
-        (left, top, width - left - 74, height),
-        axis_range([min(0.0, float(every.min())), max(1.0, float(every.max()))]),
-        (0.0, 1.0),
-    )
-    axes.frame("gain of a run, nats", "", ticks=(max((width - left) / 90, 2), 0.0))
-    for i, ((_, gain), text) in enumerate(zip(gains, texts, strict=True)):
-        y = top + row * (i + 0.5)
-        drawing.line((left, y, width - 74, y), GRID)
-        places = [(float(axes.x(g)), y + 6.0 * ((k % 3) - 1)) for k, g in enumerate(gain)]
-        drawing.dots(places, 3.4, BLUE, PAPER, 0.7)
-        drawing.text(left - 8, y + 4.5, text, anchor="end")
-        drawing.text(
-            width - 8,
-            y + 4,
-            signs(f"{gain.sum():+.1f}"),
-            anchor="end",
-            size=SMALL_SIZE,
-            weight="600",
+    figure = figures.framed("", "gain of a run, nats", "", 120 + 34 * len(gains))
+    most = max(float(gain.max()) for _, gain in gains)
+    for i, (_, gain) in enumerate(gains):
+        figures.dots(
+            figure,
+            gain,
+            i + 0.2 * ((np.arange(gain.size) % 3) - 1),
+            BLUE,
+            size=7,
+            customdata=[str(label) for label in labels],
+            hovertemplate="run %{customdata}: %{x:.2f} nats<extra></extra>",
         )
-    return drawing.render()
+        figure.add_annotation(
+            x=1, xref="paper", y=i, text=f"<b>{signs(f'{gain.sum():+.1f}')}</b>", showarrow=False
+        )
+    figure.update_xaxes(range=axis_range([*np.concatenate([g for _, g in gains]), 0, 1.15 * most]))
+    figure.update_yaxes(
+        tickvals=list(range(len(gains))),
+        ticktext=[name for name, _ in gains],
+        range=[len(gains) - 0.5, -0.5],
+    )
+    return figure
 
 
-def alike_figure(step: Step, name: str) -> Figure | None:
+def alike_figure(step: Step) -> Chart | None:
     """Make the figure of the angles between the effects; None with fewer than two."""
     contest = step.round.contest
     strongest = [r.name for r in step.results if step.round.candidates[r.name].named]
@@ -133,14 +109,15 @@ def alike_figure(step: Step, name: str) -> Figure | None:
             found = principal_angles(contest.evidence, contest.null_omega, chosen[i], chosen[j])
             angle[i, j] = angle[j, i] = float(found[0]) if found.size else 90.0
     pairs = [(i, j) for i in range(len(chosen)) for j in range(i)]
-    return Figure(
+    return Chart(
+        "angles",
         "Which effects are confounded in these runs",
         "Angle in degrees between the contributions of two effects, after removing what the "
         "baseline model and the run-to-run scatter absorb: 90 means independent, below "
         f"{rules.TWIN_DEG:g} runs like these do not separate them, however many there are. The "
         "strongest "
         f"{len(chosen)} are shown.",
-        lambda width: draw_alike([words(n) for n in chosen], angle, width, name),
+        lambda: [draw_alike([words(n) for n in chosen], angle)],
         FigureData(
             "angles",
             {
@@ -152,50 +129,29 @@ def alike_figure(step: Step, name: str) -> Figure | None:
     )
 
 
-def draw_alike(names: Sequence[str], angle: Array, width: float, name: str) -> str:
-    """Draw the lower triangle of the angles."""
-    numbered = width < 600
-    texts = [f"{i + 1} {cut_to_width(n, 150)}" for i, n in enumerate(names)]
-    left = 14.0 + max(text_width(t) for t in texts)
-    cell = min((width - left - 12) / max(len(names) - 1, 1), 58.0)
-    tall = min(cell, 30.0)
-    top = 10.0
-    drawing = Drawing(
-        width, top + tall * len(names) + 26, f"Angles between effects in the runs of {name}"
+def draw_alike(names: Sequence[str], angle: Array) -> Any:
+    """Draw the lower triangle of the angles, orange where effects are not separated."""
+    figure = figures.framed("", "", "", 110 + 30 * len(names))
+    twin = rules.TWIN_DEG / 90.0
+    figure.add_heatmap(
+        x=[str(j + 1) for j in range(len(names) - 1)],
+        y=[f"{i + 1} {name}" for i, name in enumerate(names)][1:],
+        z=np.where(np.tri(len(names), k=-1, dtype=bool), angle, np.nan)[1:, :-1],
+        texttemplate="%{z:.0f}",
+        hovertemplate="%{y} and %{x}: %{z:.1f}°<extra></extra>",
+        zmin=0,
+        zmax=90,
+        colorscale=[[0, ORANGE], [twin, ORANGE], [twin, "#77aadd"], [1, "#fafafa"]],
+        showscale=False,
+        xgap=2,
+        ygap=2,
     )
-    for i in range(len(names)):
-        y = top + tall * i
-        drawing.text(left - 8, y + tall / 2 + 4.5, texts[i], anchor="end")
-        for j in range(i):
-            x = left + cell * j
-            share = 1.0 - min(angle[i, j], 90.0) / 90.0
-            close = angle[i, j] < rules.TWIN_DEG
-            fill = ORANGE if close else _mix(share)
-            drawing.rectangle(x + 1, y + 1, cell - 2, tall - 2, fill)
-            drawing.text(
-                x + cell / 2,
-                y + tall / 2 + 4,
-                f"{angle[i, j]:.0f}",
-                anchor="middle",
-                size=SMALL_SIZE if not numbered else 10.0,
-            )
-    for j in range(len(names) - 1):
-        drawing.text(
-            left + cell * (j + 0.5),
-            top + tall * len(names) + 12,
-            str(j + 1),
-            anchor="middle",
-            size=SMALL_SIZE,
-            fill=SOFT,
-        )
-    return drawing.render()
+    figure.update_yaxes(autorange="reversed", showgrid=False, ticks="")
+    figure.update_xaxes(showline=False, ticks="", type="category")
+    return figure
 
 
-def _mix(share: float) -> str:
-    return "#" + "".join(f"{round(250 - share * (250 - c)):02x}" for c in (119, 170, 221))
-
-
-def shape_figure(step: Step, name: str) -> Figure | None:
+def shape_figure(step: Step) -> Chart | None:
     """Make the figure of an unnamed shape over the quantity on which it depends."""
     chosen = step.selected
     if chosen is None or chosen.candidate.named or chosen.settled is None:
@@ -222,14 +178,15 @@ def shape_figure(step: Step, name: str) -> Figure | None:
     use = count > 0
     middle, line, mean, half = middle[use], line[use], mean[use], half[use]
     label = f"{words(chosen.candidate.covariate)}{', ' + unit if unit else ''}"
-    return Figure(
+    return Chart(
+        "shape",
         f"The residual depends on {words(chosen.candidate.covariate)}",
         f"Of the form “{with_signs(chosen.candidate.shape)}”: the fitted shape (line), the "
         "mean residual of the baseline model (dots), twice its standard error from the "
         "scatter between runs "
         "(band). Where the shape acts on stiffness, friction or gap, the line is its mean effect "
         "on the lost motion.",
-        lambda width: draw_shape(middle, line, mean, half, label, width, name),
+        lambda: [draw_shape(middle, line, mean, half, label)],
         FigureData(
             "shape",
             {
@@ -266,23 +223,10 @@ def covariate_of(base: Any, covariate: str) -> tuple[Array, str] | None:
     return (found[covariate], units.get(covariate, "")) if covariate in found else None
 
 
-def draw_shape(
-    x: Array, line: Array, mean: Array, half: Array, label: str, width: float, name: str
-) -> str:
+def draw_shape(x: Array, fitted: Array, mean: Array, half: Array, label: str) -> Any:
     """Draw the shape over the means and their band."""
-    height = 260.0 if width > 600 else 210.0
-    drawing = Drawing(width, height + 84, f"Shape of the residual in the runs of {name}")
-    every = np.concatenate((mean - half, mean + half, line))
-    axes = Axes(
-        drawing,
-        (52.0, 34.0, width - 66.0, height),
-        axis_range([float(x.min()), float(x.max())], 0.02),
-        axis_range([float(every.min()), float(every.max())]),
-    )
-    axes.frame(label, "arcsec")
-    axes.open()
-    axes.band(x, mean - half, mean + half, "#77aadd", 0.45)
-    drawing.dots(axes.points(x, mean).tolist(), 2.0, ORANGE)
-    axes.curve(x, line, INK, 1.6)
-    axes.close()
-    return drawing.render()
+    figure = figures.framed("", label, "arcsec", 360)
+    figures.area(figure, x, mean - half, mean + half, "#c8ddf1", "± 2 standard errors")
+    figures.dots(figure, x, mean, ORANGE, "mean residual", size=4)
+    figures.line(figure, x, fitted, INK, "fitted shape")
+    return figure

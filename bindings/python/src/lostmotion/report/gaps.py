@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from lostmotion.model import Clearances, DesignModel
-from lostmotion.report.chart import Axes, axis_range
-from lostmotion.report.page import Figure, FigureData
-from lostmotion.report.svg import BLUE, ORANGE, PAPER, RED, SMALL_SIZE, SOFT, Array, Drawing, signs
+from lostmotion.report.charts import Chart
+from lostmotion.report.figure_data import FigureData
+from lostmotion.report.svg import Array, signs
+from lostmotion.results import figures
+from lostmotion.results.colours import BLUE, ORANGE, RED, SOFT
 from lostmotion.units import ARCMIN
 
 FORWARD, BACKWARD = BLUE, ORANGE
+
+LOBES = (0.0, 180.0)
+"""Angles of the two lobes, which are alike."""
 
 ROOM = 1.7
 """Height of the picture relative to the widest gap of a closing flank: the other flank of the far
@@ -120,7 +127,7 @@ def rigid_tip(model: DesignModel) -> float:
     return float(geometry.rigid_tip_mm)
 
 
-def gaps_figure(data: Gaps) -> Figure:
+def gaps_figure(data: Gaps) -> Chart:
     """Make the figure of the side clearances."""
     table = data.table
     gap, angle, flank = data.smallest()
@@ -130,7 +137,8 @@ def gaps_figure(data: Gaps) -> Figure:
         f"from the {data.axis} of the wave generator; tooth phase "
         f"{np.degrees(data.phase_rad):.3g}°, "
         f"and the other lobe is the same. "
-        f"Each dot is a tooth. The {flank} flank at {angle:+.1f}° is the nearest: {gap:.3f} arcmin."
+        f"Each dot is a tooth; dotted: ±{data.limit_deg:.0f}°, within which teeth can carry. "
+        f"The {flank} flank at {angle:+.1f}° is the nearest: {gap:.3f} arcmin."
     )
     caption += (
         f" {interfering} flanks of a lobe interfere (below zero)."
@@ -147,10 +155,11 @@ def gaps_figure(data: Gaps) -> Figure:
             "to "
             "the open end."
         )
-    return Figure(
+    return Chart(
+        "clearances",
         f"Side clearances of {data.name}",
         signs(caption),
-        lambda width: draw_gaps(data, width),
+        lambda: [draw_gaps(data)],
         FigureData(
             "clearances",
             {
@@ -165,76 +174,49 @@ def gaps_figure(data: Gaps) -> Figure:
     )
 
 
-def draw_gaps(data: Gaps, width: float) -> str:
+def draw_gaps(data: Gaps) -> Any:
     """Draw gaps above contact radii over one angle axis."""
-    wide = width > 600
-    left, right, top = 52.0, 14.0, 62.0
-    height, lower = (300.0, 110.0) if wide else (230.0, 90.0)
-    span = (-90.0, 270.0) if wide else (-90.0, 90.0)
-    second = top + height + 52
-    drawing = Drawing(
-        width, second + lower + 44, f"Side clearances of {data.name} by angle, both flanks"
-    )
-    lobes = (0.0, 180.0) if wide else (0.0,)
-    high = _upper(data)
-    low = min(-0.1 * high, 1.4 * data.smallest()[0])
-    axes = Axes(drawing, (left, top, width - left - right, height), span, (low, high))
-    bottom = float(axes.y(low))
-    zero = float(axes.y(0.0))
-    drawing.rectangle(left, zero, width - left - right, bottom - zero, "#fbe4df")
-    axes.frame("", "side clearance, arcmin", x_step=45.0 if wide else 30.0, x_numbers=False)
-    drawing.line((left, zero, width - right, zero), SOFT, 1.2)
-    drawing.text(left + 8, bottom - 5, "interference", size=SMALL_SIZE, fill=RED)
-    for lobe in lobes:
-        for edge in (-data.limit_deg, data.limit_deg):
-            at = float(axes.x(lobe + edge))
-            drawing.line((at, top, at, zero), SOFT, 1.0, "2 3")
-        if wide:
-            name = f"{data.axis}, lobe {1 if lobe == 0 else 2}"
-            drawing.text(
-                float(axes.x(lobe)), top - 8, name, anchor="middle", size=SMALL_SIZE, fill=SOFT
+    angle_name = f"angle from the {data.axis}, degrees"
+    ys = ("side clearance, arcmin", "contact radius, mm")
+    figure = figures.stacked("", angle_name, ys, (0.72, 0.28), 560)
+    low, high = min(-0.1 * _upper(data), 1.4 * data.smallest()[0]), _upper(data)
+    figure.add_hrect(y0=low, y1=0, fillcolor="#fbe4df", line_width=0, layer="below", row=1, col=1)
+    figure.add_annotation(
+        x=-88, y=low, text="interference", font={"color": RED}, showarrow=False,
+        xanchor="left", yanchor="bottom", row=1, col=1,
+    )  # fmt: skip
+    for lobe, edge in itertools.product(LOBES, (-data.limit_deg, data.limit_deg)):
+        figure.add_vline(x=lobe + edge, line={"dash": "dot", "color": SOFT}, row=1, col=1)
+    for name, flanks, ink in (
+        ("forward: closes for torque > 0", data.forward, FORWARD),
+        ("backward: closes for torque < 0", data.backward, BACKWARD),
+    ):
+        for lobe, flank in itertools.product(LOBES, flanks):
+            angle, gap = flank.angle_deg + lobe, flank.gap_arcmin
+            shown = (flank.section, lobe) == (flanks[0].section, LOBES[0])
+            one: dict[str, Any] = {"legendgroup": name, "showlegend": False}
+            figures.line(figure, angle, gap, ink, width=1, row=1, **one)
+            marks: dict[str, Any] = {**one, "hollow": ink == BACKWARD}
+            figures.dots(
+                figure, angle, gap, ink, name, size=5, row=1, **marks | {"showlegend": shown}
             )
-    axes.open()
-    for lobe in lobes:
-        for flanks, ink in ((data.backward, BACKWARD), (data.forward, FORWARD)):
-            for flank in flanks:
-                _gap_curve(axes, flank, lobe, ink)
-    axes.close()
-    _key(drawing, data, wide)
-    gap, angle, _ = data.smallest()
-    x, y = float(axes.x(angle)), float(axes.y(gap))
-    drawing.dots([(x, y)], 5.5, "none", RED if gap < 0 else SOFT, 1.5)
-    said = f"{gap:.3f}′ at {angle:+.1f}°"
-    drawing.text(x + 9, max(zero, y) + 16, signs(said), size=SMALL_SIZE, halo=gap < 0)
-
-    radii = [f.radius_mm for f in data.forward + data.backward if f.radius_mm.size]
-    values = np.concatenate(radii)
-    below = Axes(
-        drawing,
-        (left, second, width - left - right, lower),
-        span,
-        axis_range([*values.tolist(), data.rigid_tip_mm], 0.12),
+            bad = gap < 0
+            if bad.any():
+                figures.dots(figure, angle[bad], gap[bad], RED, size=6, row=1, **one)
+            figures.dots(figure, angle, flank.radius_mm, ink, size=4, row=2, **marks)
+    least, place, _ = data.smallest()
+    ring = RED if least < 0 else SOFT
+    figures.dots(figure, [place], [least], ring, size=13, row=1, symbol="circle-open")
+    figure.add_annotation(
+        x=place, y=least, text=signs(f"{least:.3f}′ at {place:+.1f}°"), ax=50, ay=24, row=1, col=1
     )
-    below.frame(
-        f"angle from the {data.axis}, degrees",
-        "contact radius, mm",
-        x_step=45.0 if wide else 30.0,
-        ticks=(6.0, 3.0),
-    )
-    tip = float(below.y(data.rigid_tip_mm))
-    drawing.line((left, tip, width - right, tip), SOFT, 1.0, "6 3")
-    inside = tip - 5 if tip > second + lower / 2 else tip + 13
-    name, place, anchor = "rigid tip", width - right, "end"
-    if wide:
-        name, place, anchor = "tip of the rigid gear", float(below.x(90.0)), "middle"
-    drawing.text(place, inside, name, anchor=anchor, size=SMALL_SIZE, fill=SOFT)
-    for lobe in lobes:
-        for flanks, ink in ((data.backward, BACKWARD), (data.forward, FORWARD)):
-            for flank in flanks:
-                places = below.points(flank.angle_deg + lobe, flank.radius_mm)
-                filled = ink if ink == FORWARD else PAPER
-                drawing.dots(places, 1.7, filled, ink, 0.9)
-    return drawing.render()
+    figure.add_hline(
+        y=data.rigid_tip_mm, line={"dash": "dash", "color": SOFT}, row=2, col=1,
+        annotation_text="tip of the rigid gear", annotation_position="top right",
+    )  # fmt: skip
+    figure.update_yaxes(range=[low, high], row=1, col=1)
+    figure.update_xaxes(range=[-90, 270], dtick=45)
+    return figure
 
 
 def _upper(data: Gaps) -> float:
@@ -248,34 +230,3 @@ def _upper(data: Gaps) -> float:
         if near.any():
             widest = max(widest, float(np.max(np.minimum(one, other)[near])))
     return ROOM * widest if widest > 0 else 1.0
-
-
-def _gap_curve(axes: Axes, flank: Flank, lobe: float, ink: str) -> None:
-    """Draw the gaps of a flank; filled marks for the forward one, open ones for the other."""
-    top = axes.y_range[1]
-    axes.curve(flank.angle_deg + lobe, flank.gap_arcmin, ink, 1.1, opacity=0.6)
-    shown = flank.gap_arcmin <= 1.02 * top
-    bad = shown & (flank.gap_arcmin < 0)
-    places = axes.points(flank.angle_deg + lobe, flank.gap_arcmin)
-    fill = ink if ink == FORWARD else PAPER
-    axes.drawing.dots(places[shown & ~bad], 2.1, fill, ink, 1.1)
-    axes.drawing.dots(places[bad], 2.8, RED)
-
-
-def _key(drawing: Drawing, data: Gaps, wide: bool) -> None:
-    y = 16.0
-    x = drawing.width - 14 - (520 if wide else 300)
-    for name, ink, fill in (
-        ("forward: closes for torque > 0", FORWARD, FORWARD),
-        ("backward: closes for torque < 0", BACKWARD, PAPER),
-    ):
-        drawing.line((x, y - 4, x + 22, y - 4), ink, 1.4)
-        drawing.dots([(x + 11, y - 4)], 2.8, fill, ink, 1.2)
-        drawing.text(x + 28, y, name, size=SMALL_SIZE)
-        if wide:
-            x += 250
-        else:
-            y += 16
-    reach = f"dotted: ±{data.limit_deg:.0f}°, within which teeth can carry"
-    if wide:
-        drawing.text(52, 16, reach, size=SMALL_SIZE, fill=SOFT)

@@ -3,25 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from html import escape
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from lostmotion.branches import directions
 from lostmotion.effects.conditions import Conditions
-from lostmotion.report.chart import Axes, axis_range, nice_step, tick_label
-from lostmotion.report.page import Figure, FigureData
-from lostmotion.report.svg import (
-    INK,
-    SMALL_SIZE,
-    SOFT,
-    TEAL,
-    Drawing,
-    coord,
-    text_width,
-)
+from lostmotion.report.charts import Chart
+from lostmotion.report.figure_data import FigureData
 from lostmotion.report.wording import written
+from lostmotion.results import figures
+from lostmotion.results.colours import INK, SOFT, TEAL
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
@@ -163,29 +156,23 @@ def cell_text(of: Map, cell: int) -> str:
     return text + (": too few samples" if np.isnan(mean) else f": mean {mean:+.2f} arcsec")
 
 
-def diverging_colour(value: float, most: float) -> str:
-    """Blue below zero, orange above, white at zero."""
-    share = min(abs(value) / most, 1.0) if most > 0 else 0.0
-    full = (0x00, 0x77, 0xBB) if value < 0 else (0xEE, 0x77, 0x33)
-    return "#" + "".join(f"{round(255 + share * (c - 255)):02x}" for c in full)
-
-
 def scale_of(of: Map) -> float:
     """Largest absolute mean residual of a map: the limit of its colour scale."""
     return float(np.nanmax(np.abs(of.mean))) if np.isfinite(of.mean).any() else 1.0
 
 
-def map_figure(data: Residuals, covariate: str) -> Figure:
-    """Make the figure of the residual over torque and a covariate."""
+def map_figure(data: Residuals, covariate: str) -> Chart:
+    """Make the profile of the residual along a covariate, with the numbers of the map."""
     of = bin_residuals(data, covariate)
     name, _ = NAMES[covariate]
     j, i = np.divmod(np.arange(of.mean.size), ACROSS)
-    return Figure(
+    return Chart(
+        f"residual_by_{covariate}",
         f"Residual over torque and {name}",
-        "Mean of measured minus model in each cell: orange above the model, blue below. "
-        "Below, the mean along the quantity for either sign of the torque; the grey band is the "
+        "Above, the mean of measured minus model in each cell: orange above the model, blue below. "
+        "Here, the mean along the quantity for either sign of the torque; the grey band is the "
         f"{data.against}.",
-        lambda width: draw_map(of, width) + draw_profile(data, covariate, width),
+        lambda: [draw_profile(data, covariate)],
         FigureData(
             f"residual_by_{covariate}",
             {
@@ -200,87 +187,37 @@ def map_figure(data: Residuals, covariate: str) -> Figure:
     )
 
 
-def draw_map(of: Map, width: float, picked: int | None = None, most: float | None = None) -> str:
-    """Draw the map; every cell has its number in ``data-cell`` and its text as a title."""
-    wide = width > 600
-    left, right, top = 66.0, 86.0 if wide else 14.0, 30.0
-    height = 250.0 if wide else 210.0
-    bottom = 46.0 if wide else 84.0
+def draw_map(of: Map, picked: int | None = None, most: float | None = None) -> Any:
+    """Draw the map; every cell has its number as `customdata` and shows its text on hovering."""
     name, unit = NAMES[of.covariate]
-    drawing = Drawing(width, top + height + bottom, f"Mean residual over torque and {name}")
-    box = (left, top, width - left - right, height)
     up = of.edges.size - 1
     # Rows of equal height, because the levels of a covariate may be far apart.
-    axes = Axes(drawing, box, (float(of.torque_edges[0]), float(of.torque_edges[-1])), (0.0, up))
-    axes.frame("torque on the output, N·m", f"{name}, {unit}".rstrip(", "), ticks=(box[2] / 75, 0))
-    end = most or scale_of(of)
-    w, h = box[2] / ACROSS, height / up
-    for j in range(up):
-        for i in range(ACROSS):
-            value = of.mean[j, i]
-            cell = j * ACROSS + i
-            paper = "#f4f5f6" if np.isnan(value) else diverging_colour(float(value), end)
-            x, y = left + i * w, top + height - (j + 1) * h
-            drawing.add(
-                f'<rect data-cell="{cell}" x="{coord(x)}" y="{coord(y)}" width="{coord(w)}" '
-                f'height="{coord(h)}" fill="{paper}" '
-                f'stroke="#ffffff" stroke-width="1"><title>{escape(cell_text(of, cell))}</title>'
-                "</rect>"
-            )
-    step = float(np.ptp(of.edges)) / max(up, 1)
-    for j in range(up):
-        middle = 0.5 * float(of.edges[j] + of.edges[j + 1])
-        if up > 6 and j % 2:
-            continue
-        drawing.text(
-            left - 7,
-            float(axes.y(j + 0.5)) + 4,
-            tick_label(middle, nice_step(step, 4)) if abs(middle) < 1e5 else written(middle, 2),
-            anchor="end",
-            size=SMALL_SIZE,
-            fill=SOFT,
-        )
+    figure = figures.framed("", "torque on the output, N·m", f"{name}, {unit}".rstrip(", "), 340)
+    cells = np.arange(of.mean.size).reshape(of.mean.shape)
+    figures.signed_map(
+        figure,
+        of.torque_edges,
+        np.arange(up + 1),
+        of.mean,
+        most or scale_of(of),
+        customdata=cells,
+        text=[[cell_text(of, int(cell)) for cell in row] for row in cells],
+        hovertemplate="%{text}<extra></extra>",
+        hoverongaps=False,
+        colorbar={"title": {"text": "arcsec"}, "thickness": 12, "tickformat": "+"},
+        xgap=1,
+        ygap=1,
+    )
+    middles = 0.5 * (of.edges[1:] + of.edges[:-1])
+    figure.update_yaxes(
+        tickvals=np.arange(up) + 0.5, ticktext=[written(float(m), 3) for m in middles],
+        range=[0, up], showgrid=False, zeroline=False,
+    )  # fmt: skip
     if picked is not None:
         j, i = divmod(picked, ACROSS)
-        drawing.add(
-            f'<rect x="{coord(left + i * w)}" y="{coord(top + height - (j + 1) * h)}" '
-            f'width="{coord(w)}" height="{coord(h)}" fill="none" stroke="{INK}" '
-            'stroke-width="2.4" pointer-events="none"/>'
-        )
-    _colour_key(drawing, end, width, (top, height), wide=wide)
-    return drawing.render()
-
-
-def _colour_key(
-    drawing: Drawing, end: float, width: float, place: tuple[float, float], *, wide: bool
-) -> None:
-    top, height = place
-    for k in range(20):
-        share = (k + 0.5) / 10 - 1
-        if wide:
-            x, y, w, h = width - 66, top + height * (19 - k) / 20, 12.0, height / 20 + 0.5
-        else:
-            x, y, w, h = (
-                66 + (width - 80) * k / 20,
-                top + height + 48,
-                (width - 80) / 20 + 0.5,
-                10.0,
-            )
-        drawing.rectangle(x, y, w, h, diverging_colour(share * end, end))
-    digits = 0 if end >= 10 else 1 if end >= 1 else 2
-    for share in (-1, 0, 1):
-        text = f"{share * end:+.{digits}f}".replace("-", "−") if share else "0"
-        if wide:
-            at = top + height * (1 - share) / 2
-            drawing.text(width - 49, at + 4, text, size=SMALL_SIZE, fill=SOFT)
-        else:
-            at = 66 + (width - 80) * (share + 1) / 2
-            anchor = ("start", "middle", "end")[share + 1]
-            drawing.text(at, top + height + 74, text, size=SMALL_SIZE, fill=SOFT, anchor=anchor)
-    if wide:
-        drawing.text(width - 14, top - 10, "arcsec", size=SMALL_SIZE, anchor="end")
-    else:
-        drawing.text(60, top + height + 74, "arcsec", size=SMALL_SIZE, anchor="end")
+        x0, x1 = of.torque_edges[i : i + 2]
+        figure.add_shape(type="rect", x0=x0, x1=x1, y0=j, y1=j + 1, line={"color": INK, "width": 3})
+    return figure
 
 
 def profile(data: Residuals, covariate: str, *, rising: bool) -> tuple[FloatArray, FloatArray]:
@@ -300,37 +237,16 @@ def profile(data: Residuals, covariate: str, *, rising: bool) -> tuple[FloatArra
     return middles, np.bincount(cell[side], data.values[side], bins)[kept] / count[kept]
 
 
-def draw_profile(data: Residuals, covariate: str, width: float) -> str:
+def draw_profile(data: Residuals, covariate: str) -> Any:
     """Draw the mean residual along a covariate, separately for positive and negative torque."""
-    wide = width > 600
-    left, right, top, height = 66.0, 86.0 if wide else 14.0, 32.0, 130.0
     name, unit = NAMES[covariate]
-    drawing = Drawing(width, top + height + 46, f"Residual along {name}")
-    values = data.covariates[covariate]
-    series = {
-        "torque above 0": (TEAL, *profile(data, covariate, rising=True)),
-        "below 0": (SOFT, *profile(data, covariate, rising=False)),
-    }
-    sizes = [float(np.max(np.abs(mean))) for _, _, mean in series.values() if mean.size]
-    most = max(1.08 * max(sizes, default=0.0), 1.5 * data.floor_arcsec)
-    axes = Axes(
-        drawing,
-        (left, top, width - left - right, height),
-        axis_range([float(values.min()), float(values.max())], 0.03),
-        (-most, most),
-    )
-    y0, y1 = float(axes.y(data.floor_arcsec)), float(axes.y(-data.floor_arcsec))
-    drawing.rectangle(left, y0, width - left - right, y1 - y0, "#e3e5e8")
-    axes.frame(f"{name}, {unit}".rstrip(", "), "residual, arcsec", y_step=nice_step(2 * most, 3.4))
-    axes.open()
-    for ink, middles, mean in series.values():
-        axes.curve(middles, mean, ink, 1.2, opacity=0.7)
-        drawing.dots(axes.points(middles, mean), 3.2, ink)
-    axes.close()
-    x = width - right
-    for text, (ink, _, _) in reversed(series.items()):
-        drawing.text(x, 18, text, size=SMALL_SIZE, anchor="end")
-        x -= text_width(text, SMALL_SIZE) + 10
-        drawing.dots([(x, 14)], 3.6, ink)
-        x -= 14
-    return drawing.render()
+    axis = f"{name}, {unit}".rstrip(", ")
+    figure = figures.framed("", axis, "residual, arcsec", 250)
+    figures.noise_band(figure, data.floor_arcsec)
+    for text, ink, rising in (("torque above 0", TEAL, True), ("below 0", SOFT, False)):
+        middles, mean = profile(data, covariate, rising=rising)
+        marker = {"color": ink, "size": 6}
+        figure.add_scatter(
+            x=middles, y=mean, name=text, mode="lines+markers", line={"width": 1.2}, marker=marker
+        )
+    return figure

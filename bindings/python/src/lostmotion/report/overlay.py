@@ -2,29 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from lostmotion.effects.conditions import Conditions
 from lostmotion.fit.baseline import BaselineModel
-from lostmotion.report.chart import Axes, axis_range, nice_step
+from lostmotion.report.charts import Chart
+from lostmotion.report.figure_data import FigureData
 from lostmotion.report.loops import LOOP_LEAST
-from lostmotion.report.page import Figure, FigureData
-from lostmotion.report.svg import (
-    BLUE,
-    GRID,
-    ORANGE,
-    SMALL_SIZE,
-    SOFT,
-    Array,
-    Drawing,
-    abridged,
-    shortened,
-    text_width,
-)
+from lostmotion.report.svg import Array, abridged
 from lostmotion.report.wording import with_zeros
+from lostmotion.results.colours import MEASURED, MODEL, WITH_EFFECTS
+from lostmotion.results.figures import line, noise_band, stacked
 from lostmotion.units import ARCMIN, ARCSEC
 
 IntArray = npt.NDArray[np.intp]
@@ -33,7 +24,8 @@ RUNS_SHOWN = 6
 POINTS_SHOWN = 2000
 """Largest number of samples of a run that are drawn and listed; tests use all samples."""
 
-BEFORE, AFTER = ORANGE, BLUE
+RUN_PX = 380
+"""Height of the figure of a run."""
 
 TURN_LEAST_RAD = np.pi
 """Least rotation of the wave generator for which a run without a loop is drawn over its angle."""
@@ -125,7 +117,7 @@ def axis_of(c: Conditions, run: slice, at: IntArray) -> tuple[Array, str, list[I
 
 def overlay_figure(
     before: BaselineModel, after: BaselineModel, floor_arcsec: float, name: str
-) -> Figure:
+) -> Chart:
     """Make the figure of the runs with the largest explained part."""
     data = Overlay(before, after, floor_arcsec, name)
     caption = "Measured lost motion (grey), the baseline model (orange)"
@@ -141,86 +133,42 @@ def overlay_figure(
             + ("explained part; " if data.added else "residual; ")
             + f"at most {POINTS_SHOWN} samples of each are drawn; the tests use all."
         )
-    return Figure(
+    return Chart(
+        "runs",
         f"Runs of {name}: measured and modelled",
         caption,
-        lambda width: draw_overlay(data, width),
+        lambda: draw_overlay(data),
         data.table(),
+        beside=3,
     )
 
 
-def draw_overlay(data: Overlay, width: float) -> str:
-    """Draw small multiples: three, two or one in a row."""
-    columns = min(3 if width > 600 else 1, len(data.shown))
-    left, gap, top, right = 52.0, 62.0, 46.0, 12.0
-    panel = (width - left - right - gap * (columns - 1)) / columns
-    high, strip = (170.0, 74.0) if width > 600 else (190.0, 84.0)
-    block = high + strip + 112
-    rows = -(-len(data.shown) // columns)
-    drawing = Drawing(width, top + rows * block - 24, f"Runs of {data.name}: measured and modelled")
-    _key(drawing, width, data.added)
+def draw_overlay(data: Overlay) -> list[Any]:
+    """Draw a figure of each run: measured and modelled, and the residuals below."""
     most = max(float(np.max(np.abs(r[0]))) for r in data.residual)
     most = 1.06 * max(most, 1.5 * data.floor)
-    for i in range(len(data.shown)):
-        x = left + (i % columns) * (panel + gap)
-        y = top + 22 + (i // columns) * block
-        _panel(drawing, data, i, (x, y, panel), (high, strip), most)
-    return drawing.render()
-
-
-def _key(drawing: Drawing, width: float, added: bool) -> None:
-    entries: Sequence[tuple[str, str]] = (("measured", SOFT), ("baseline", BEFORE))
-    if added:
-        entries = (*entries, ("with the added effects", AFTER))
-    x = width - 12.0
-    for name, ink in reversed(entries):
-        drawing.text(x, 16, name, size=SMALL_SIZE, anchor="end")
-        x -= 1.1 * text_width(name, SMALL_SIZE) + 28
-        drawing.line((x, 12, x + 20, 12), ink, 2.0)
-        x -= 12
-
-
-def _panel(
-    drawing: Drawing,
-    data: Overlay,
-    i: int,
-    place: tuple[float, float, float],
-    size: tuple[float, float],
-    most: float,
-) -> None:
-    x, y, width = place
-    high, strip = size
-    places, name = data.across[i]
-    across = axis_range([float(places.min()), float(places.max())], 0.03)
-    every = np.concatenate([data.measured[i], *data.model[i]])
-    axes = Axes(
-        drawing, (x, y, width, high), across, axis_range([float(every.min()), float(every.max())])
-    )
-    axes.frame("", "arcmin", x_numbers=False, ticks=(width / 60, high / 45))
-    room = width - text_width("arcmin", SMALL_SIZE)
-    title = f"run {data.labels[i]}"
-    if text_width(title, SMALL_SIZE) > room:
-        title = shortened(f"run {data.short[i]}", room)
-    drawing.text(x + width, y - 10, title, anchor="end", size=SMALL_SIZE)
-    axes.open()
-    for piece in data.pieces[i]:
-        axes.curve(places[piece], data.measured[i][piece], SOFT, 1.1, opacity=0.7)
-    for k, model in enumerate(data.model[i]):
-        for piece in data.pieces[i]:
-            axes.curve(places[piece], model[piece], (BEFORE, AFTER)[k], 1.2)
-    axes.close()
-    second = y + high + 30
-    below = Axes(drawing, (x, second, width, strip), across, (-most, most))
-    y0, y1 = float(below.y(data.floor)), float(below.y(-data.floor))
-    drawing.rectangle(x, y0, width, y1 - y0, GRID)
-    below.frame(
-        name,
-        "residual, arcsec",
-        y_step=nice_step(2 * most, 3.4),
-        x_step=nice_step(across[1] - across[0], width / 60),
-    )
-    below.open()
-    for k, left in enumerate(data.residual[i]):
-        for piece in data.pieces[i]:
-            below.curve(places[piece], left[piece], (BEFORE, AFTER)[k], 0.9, opacity=0.85)
-    below.close()
+    inks = ((MODEL, "baseline"), (WITH_EFFECTS, "with the added effects"))[: len(data.left)]
+    found = []
+    for i, (places, name) in enumerate(data.across):
+        ys = ("arcmin", "residual, arcsec")
+        figure = stacked(f"run {data.short[i]}", name, ys, (0.68, 0.32), RUN_PX)
+        noise_band(figure, data.floor, 2)
+        rows = [(1, MEASURED, "measured", data.measured[i])]
+        rows += [(1, *ink, model) for ink, model in zip(inks, data.model[i], strict=True)]
+        rows += [(2, *ink, left) for ink, left in zip(inks, data.residual[i], strict=True)]
+        for row, colour, of, values in rows:
+            for k, piece in enumerate(data.pieces[i]):
+                line(
+                    figure,
+                    places[piece],
+                    values[piece],
+                    colour,
+                    of,
+                    width=1.1,
+                    row=row,
+                    legendgroup=of,
+                    showlegend=row == 1 and k == 0,
+                )
+        figure.update_yaxes(range=[-most, most], row=2, col=1)
+        found.append(figure)
+    return found

@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-import csv
 import datetime
-import io
-import json
 import platform
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from html import escape
-from typing import Any
 from urllib.parse import quote
 
 import numpy as np
-import numpy.typing as npt
 
 from lostmotion import __version__
-from lostmotion.report.plots import NOT_INSTALLED, Plot, drawing_script, installed, plot_html
+from lostmotion.report.charts import Chart, chart_html, drawing_script
+from lostmotion.report.figure_data import FigureData
 
 WIDE, NARROW = 940.0, 360.0
 """Widths for which each figure is drawn: page or screen, and phone."""
@@ -29,57 +25,10 @@ BREAK_PX = 720
 LONG, SLIM = 16, 4
 """A table with more rows and no more columns than this is shown in two halves side by side."""
 
-CSV_DIGITS = 10
-"""Significant digits of the numbers behind a picture."""
-
-
-@dataclass(frozen=True)
-class FigureData:
-    """Data of a figure: columns of equal length, named with their unit.
-
-    Attributes
-    ----------
-    name : str
-        File name without suffix.
-    columns : mapping
-        Numbers or texts; values that are not finite become empty cells.
-    """
-
-    name: str
-    columns: Mapping[str, Sequence[object] | npt.NDArray[Any]]
-
-    def csv(self) -> str:
-        """Return the table as CSV."""
-        stream = io.StringIO()
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(self.columns)
-        writer.writerows(
-            [_cell(value) for value in row] for row in zip(*self.columns.values(), strict=True)
-        )
-        return stream.getvalue()
-
-
-IN_SCRIPT = {ord(c): f"\\u{ord(c):04x}" for c in "<>&\u2028\u2029"}
-"""JSON escapes for characters that may end a script element or line, or open a comment."""
-
-
-def script_json(data: object) -> str:
-    """Return data as JSON that is safe in a script element for any texts.
-
-    The escaped characters occur in JSON only inside texts.
-    """
-    return json.dumps(data, separators=(",", ":"), ensure_ascii=False).translate(IN_SCRIPT)
-
-
-def _cell(value: object) -> str:
-    if isinstance(value, (float, np.floating)):
-        return f"{float(value) + 0.0:.{CSV_DIGITS}g}" if np.isfinite(value) else ""
-    return str(value)
-
 
 @dataclass(frozen=True)
 class Figure:
-    """A figure with its data.
+    """A drawing to scale, with its data.
 
     Attributes
     ----------
@@ -135,7 +84,7 @@ class Raw:
     html: str
 
 
-Block = Figure | PageTable | Notes | Raw | Plot
+Block = Figure | PageTable | Notes | Raw | Chart
 """Elements of a section."""
 
 
@@ -183,7 +132,7 @@ def render(title: str, lead: str, sections: Sequence[Section], command: str) -> 
             out.append(f'<li><a href="#s{i}">{escape(section.title)}</a></li>')
         out.append("</ol></nav>")
     out.append("</header><main>")
-    figures = plots = 0
+    figures = charts = 0
     for i, section in enumerate(sections, 1):
         numbered = f'<span class="n">{i}</span> ' if len(sections) > 1 else ""
         out.append(f'<section id="s{i}"><h2>{numbered}{escape(section.title)}</h2>')
@@ -197,23 +146,21 @@ def render(title: str, lead: str, sections: Sequence[Section], command: str) -> 
                 out.append(rows_html(block))
             elif isinstance(block, Raw):
                 out.append(block.html)
-            elif isinstance(block, Plot):
-                plots += 1
-                out.append(plot_html(block, f"plot{plots}"))
+            elif isinstance(block, Chart):
+                figures += 1
+                charts += 1
+                place = f"{block.name}_{charts}"
+                number = f"Figure {figures}. "
+                out.append(chart_html(block, place, number, numbers_link(block.table)))
             else:
                 out.append(notes_html(block))
         out.append("</section>")
     out.append("</main>")
-    if plots:
+    if any('class="chart"' in part for part in out):
         out.append(drawing_script())
     out.append(_provenance(sections, command))
     out.append("</body></html>")
     return "\n".join(out) + "\n"
-
-
-def plot_blocks(plots: Sequence[Plot]) -> list[Plot | Notes]:
-    """Return plots as blocks of a section, or a note if Plotly is missing."""
-    return list(plots) if installed() else [Notes("Residual plots", [NOT_INSTALLED])]
 
 
 def facts_html(facts: Sequence[tuple[str, str]]) -> str:
@@ -229,15 +176,22 @@ def _joined(text: str) -> str:
     return re.sub(r"(?<=[0-9.³]) (?=(?:N·m|arcmin|arcsec|µm|mm|MPa|%))", "&nbsp;", escape(text))
 
 
+def numbers_link(table: FigureData | None) -> str:
+    """Link to the numbers behind a figure, which it contains."""
+    if table is None:
+        return ""
+    numbers = "data:text/csv;charset=utf-8," + quote(table.csv(), safe=",-.:/")
+    return f'<a download="{table.name}.csv" href="{escape(numbers)}">numbers (CSV)</a>'
+
+
 def _figure(figure: Figure, number: int) -> str:
     wide, narrow = figure.draw(WIDE), figure.draw(NARROW)
     name = figure.table.name
-    numbers = "data:text/csv;charset=utf-8," + quote(figure.table.csv(), safe=",-.:/")
     picture = "data:image/svg+xml;charset=utf-8," + quote(wide, safe=",-.:/ =;()'")
     return (
         f'<figure><div class="wide">{wide}</div><div class="narrow">{narrow}</div>'
         f"<figcaption><b>Figure {number}. {escape(figure.title)}.</b> {escape(figure.caption)}"
-        f'<span class="files"><a download="{name}.csv" href="{escape(numbers)}">numbers (CSV)</a>'
+        f'<span class="files">{numbers_link(figure.table)}'
         f'<a download="{name}.svg" href="{escape(picture)}">picture (SVG)</a></span>'
         "</figcaption></figure>"
     )
@@ -324,7 +278,10 @@ nav ol {{ margin: 0; padding-left: 1.4rem; }}
 figure {{ margin: 1.8rem 0 2.4rem; break-inside: avoid; }}
 figure svg {{ display: block; width: 100%; height: auto; }}
 figure svg svg {{ display: inline; }}
-.chart {{ height: 26rem; }}
+.charts {{ display: grid; gap: .5rem 1rem; grid-template-columns: minmax(0, 1fr); }}
+.beside2 {{ grid-template-columns: repeat(auto-fit, minmax(min(100%, 24rem), 1fr)); }}
+.beside3 {{ grid-template-columns: repeat(auto-fit, minmax(min(100%, 17rem), 1fr)); }}
+.chart {{ min-width: 0; }}
 .files button {{ border: 0; padding: 0; background: none; color: #005a8d; font: inherit;
   text-decoration: underline; cursor: pointer; }}
 figure.plot svg {{ display: inline; width: auto; }}
@@ -333,7 +290,7 @@ figcaption {{ margin-top: .7rem; font-size: .9rem; line-height: 1.45; color: #3c
   max-width: 52rem; }}
 figcaption b {{ color: #1b1b1f; }}
 .files {{ display: block; margin-top: .25rem; }}
-.files a {{ margin-right: 1.2rem; }}
+.files a, .files button {{ margin-right: 1.2rem; }}
 .scroll {{ overflow-x: auto; background:
   linear-gradient(to left, #fff 1rem, #fff0) right / 2rem 100% no-repeat local,
   linear-gradient(to left, #0003, #0000) right / .6rem 100% no-repeat; }}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -11,9 +12,12 @@ import numpy.typing as npt
 from lostmotion.branches import directions
 from lostmotion.compare.loops import branch_blocks
 from lostmotion.effects.conditions import Conditions
-from lostmotion.report.page import Figure, FigureData
-from lostmotion.report.svg import GRID, INK, SMALL_SIZE, SOFT, Array, Drawing
-from lostmotion.report.wording import NOISE_FLOOR, angle_text, written
+from lostmotion.report.charts import Chart
+from lostmotion.report.figure_data import FigureData
+from lostmotion.report.svg import Array
+from lostmotion.report.wording import NOISE_FLOOR, angle_text
+from lostmotion.results import figures
+from lostmotion.results.colours import GRID
 
 IntArray = npt.NDArray[np.intp]
 
@@ -26,8 +30,10 @@ CLEAR_T = 2.0
 MAPS_SHOWN = 4
 """Largest number of quantities that are drawn."""
 
-WARM, COLD = (179, 64, 22), (0, 84, 140)
-"""Colours of the largest positive and negative mean residual."""
+MAP_PX = 250
+"""Height of a map."""
+
+HOVER = "%{x:.4g} N·m, %{y:.4g}: %{z:.2f} arcsec, t %{customdata}<extra></extra>"
 
 DIRECTIONS = ("falling torque", "rising torque")
 
@@ -127,7 +133,7 @@ def grids_figure(
     floor_arcsec: float,
     name: str,
     against: str = NOISE_FLOOR,
-) -> Figure:
+) -> Chart:
     """Make the figure of the maps.
 
     Parameters
@@ -187,11 +193,13 @@ def grids_figure(
                 for column, value in zip(rows.values(), values, strict=True):
                     column.append(value)
     labels = [label for label, _ in residuals]
-    return Figure(
+    return Chart(
+        "residual_grids",
         f"Residual of the model of {name}",
         caption,
-        lambda width: draw_maps(grids, made, labels, scale, name, width),
+        lambda: draw_maps(grids, made, labels, scale),
         FigureData("residual_grids", rows),
+        beside=2,
     )
 
 
@@ -200,73 +208,45 @@ def draw_maps(
     made: Sequence[Sequence[tuple[Array, Array]]],
     labels: Sequence[str],
     scale: float,
-    name: str,
-    width: float,
-) -> str:
-    """Draw the maps of each quantity, for each model and both directions."""
-    wide = width > 600
-    columns = 2 * len(labels)
-    shown = columns if wide else 2
-    left, gap, top = 64.0, 12.0, 40.0
-    cell = (width - left - 10 - gap * (shown - 1)) / shown
-    tall = 84.0
-    lines = columns // shown
-    block = lines * (tall + 42) + 22
-    drawing = Drawing(width, block * len(grids) + 8, f"Residual of the model of {name}")
-    for g, (grid, row) in enumerate(zip(grids, made, strict=True)):
-        y0 = g * block
+) -> list[Any]:
+    """Draw a figure for each quantity and model: falling torque beside rising torque."""
+    from plotly.subplots import make_subplots
+
+    found = []
+    for grid, row in zip(grids, made, strict=True):
         unit = f", {grid.unit}" if grid.unit else ""
-        drawing.text(10, y0 + 16, f"{grid.name}{unit}", weight="600")
-        for k in range(columns):
-            means, t = row[k // 2]
-            x = left + (k % shown) * (cell + gap)
-            y = y0 + top + (k // shown) * (tall + 42)
-            title = f"{labels[k // 2]}, {DIRECTIONS[k % 2].split()[0]}"
-            drawing.text(x, y - 6, title, size=SMALL_SIZE, fill=SOFT)
-            _map(drawing, means[k % 2], t[k % 2], scale, (x, y, cell, tall))
-            if k % shown == 0:
-                for value, place in ((grid.edges[-1], y + 9), (grid.edges[0], y + tall)):
-                    drawing.text(
-                        x - 6, place, written(value), anchor="end", size=SMALL_SIZE, fill=SOFT
-                    )
-            low, high = grid.torque_edges_Nm[0], grid.torque_edges_Nm[-1]
-            below = y + tall + 14
-            drawing.text(x, below, written(low), size=SMALL_SIZE, fill=SOFT)
-            drawing.text(
-                x + cell, below, f"{written(high)} N·m", anchor="end", size=SMALL_SIZE, fill=SOFT
+        for label, (means, t) in zip(labels, row, strict=True):
+            titles = [f"{label}, {direction.split()[0]}" for direction in DIRECTIONS]
+            figure = make_subplots(
+                1, 2, shared_yaxes=True, subplot_titles=titles, horizontal_spacing=0.08
             )
-    return drawing.render()
-
-
-def _map(
-    drawing: Drawing,
-    means: Array,
-    t: Array,
-    scale: float,
-    box: tuple[float, float, float, float],
-) -> None:
-    x, y, width, height = box
-    up, across = means.shape
-    w, h = width / across, height / up
-    for u in range(up):
-        for a in range(across):
-            value = means[u, a]
-            if not np.isfinite(value):
-                continue
-            fill = GRID if abs(t[u, a]) < CLEAR_T else residual_colour(value / scale)
-            drawing.rectangle(x + a * w, y + (up - 1 - u) * h, w + 0.3, h + 0.3, fill)
-    for ends in (
-        (x, y, x + width, y),
-        (x, y + height, x + width, y + height),
-        (x, y, x, y + height),
-        (x + width, y, x + width, y + height),
-    ):
-        drawing.line(ends, INK, 0.6)
-
-
-def residual_colour(share: float) -> str:
-    """Colour of a mean residual over the largest one, from white to the full colour."""
-    strength = min(abs(share), 1.0) ** 0.7
-    full = WARM if share > 0 else COLD
-    mixed = [round(255 + (c - 255) * strength) for c in full]
-    return "#" + "".join(f"{c:02x}" for c in mixed)
+            figure.update_layout(
+                template=figures.TEMPLATE, height=MAP_PX, coloraxis_showscale=False
+            )
+            figure.update_annotations(font_size=12)
+            figure.update_yaxes(title_text=f"{grid.name}{unit}", row=1, col=1)
+            figure.update_xaxes(title_text="torque, N·m", showline=False, nticks=5)
+            for k in range(len(DIRECTIONS)):
+                clear = np.abs(t[k]) >= CLEAR_T
+                faint = np.where(np.isfinite(means[k]) & ~clear, 0.0, np.nan)
+                where = {"row": 1, "col": k + 1, "showscale": False}
+                figure.add_heatmap(
+                    x=grid.torque_edges_Nm,
+                    y=grid.edges,
+                    z=faint,
+                    colorscale=[[0, GRID], [1, GRID]],
+                    hoverinfo="skip",
+                    **where,
+                )
+                figures.signed_map(
+                    figure,
+                    grid.torque_edges_Nm,
+                    grid.edges,
+                    np.where(clear, means[k], np.nan),
+                    scale,
+                    customdata=np.round(t[k], 1),
+                    hovertemplate=HOVER,
+                    **where,
+                )
+            found.append(figure)
+    return found

@@ -17,11 +17,11 @@ from lostmotion.friction import WORDS
 from lostmotion.model import ADVICE, Check, DesignModel, design_model, reversal_torque
 from lostmotion.predict import LIMITS, predict, show_default
 from lostmotion.report.characterization import figures_table
+from lostmotion.report.charts import plots_of
 from lostmotion.report.contributions import Contributions, contributions_figure, picture_torques
 from lostmotion.report.gaps import collect_gaps, gaps_figure
 from lostmotion.report.loops import error_unit, failures_figure, loops_figure
-from lostmotion.report.page import Notes, PageTable, Section, plot_blocks
-from lostmotion.report.plots import plots_of
+from lostmotion.report.page import Notes, PageTable, Section
 from lostmotion.report.residual_grids import grids_figure
 from lostmotion.report.sources import file_fingerprint, sources_of
 from lostmotion.report.stages import collect_stages, stages_figure, stages_table
@@ -380,7 +380,7 @@ def comparison_section(drive: Drive, result: Comparison, files: Sequence[str | P
     section.blocks.append(
         grids_figure(c, left, answer["noise_floor_arcsec"], drive.name, REPEATABILITY)
     )
-    section.blocks += plot_blocks(plots_of(result))
+    section.blocks += plots_of(result)
     section.blocks += _fitted_tables(answer)
     if answer["not_testable"]:
         lines = [

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from functools import partial
+from typing import Any
 
-import numpy as np
-
-from lostmotion.report.chart import Axes, axis_range
-from lostmotion.report.page import Figure, FigureData, PageTable, Section
-from lostmotion.report.svg import BLUE, SOFT, Drawing
+from lostmotion.report.charts import Chart
+from lostmotion.report.figure_data import FigureData
+from lostmotion.report.page import PageTable, Section
 from lostmotion.report.wording import words
+from lostmotion.results.colours import BLUE
+from lostmotion.results.figures import line, stacked
 from lostmotion.side_by_side import DRAWN, FIGURES, SideBySide
 
-CHART_PX, GAP_PX = 150.0, 46.0
+CHART_PX = 190
+"""Height of the chart of a figure."""
 
 
 def table_section(answer: SideBySide) -> Section:
@@ -42,35 +43,28 @@ def show_value(value: float | str | None) -> str:
     return value if isinstance(value, str) else f"{value:.5g}"
 
 
-def sweep_figure(answer: SideBySide) -> Figure:
+def sweep_figure(answer: SideBySide) -> Chart:
     """Draw lost motion, stiffness and safety factor over the swept key."""
     rows = [row for row in answer["rows"] if row[DRAWN[0]] is not None]
-    return Figure(
+    return Chart(
+        "sweep",
         f"Influence of {answer['swept']}",
         "One curve per result, over the values of the key; where a curve ends, the drive is "
         "refused.",
-        partial(draw_sweep, answer),
+        lambda: [draw_sweep(answer)],
         FigureData(
             "sweep", {name: [row[name] for row in rows] for name in (answer["swept"], *DRAWN)}
         ),
     )
 
 
-def draw_sweep(answer: SideBySide, width: float) -> str:
-    """Draw one chart per figure, stacked."""
-    swept = answer["swept"]
-    left, right, top = 66.0, 20.0, 34.0
-    drawing = Drawing(width, top + len(DRAWN) * (CHART_PX + GAP_PX) + 20, f"sweep of {swept}")
-    every = [float(row[swept]) for row in answer["rows"]]
-    for i, name in enumerate(DRAWN):
+def draw_sweep(answer: SideBySide) -> Any:
+    """Draw one chart per figure, above each other."""
+    names = [words(name) for name in DRAWN]
+    shares = [1 / len(names)] * len(names)
+    figure = stacked("", answer["swept"], names, shares, CHART_PX * len(names) + 80)
+    for i, name in enumerate(DRAWN, 1):
         rows = [row for row in answer["rows"] if row[name] is not None]
-        y = np.array([row[name] for row in rows], dtype=np.float64)
-        place = (left, top + i * (CHART_PX + GAP_PX), width - left - right, CHART_PX)
-        if y.size == 0:
-            drawing.text(width / 2, place[1] + CHART_PX / 2, f"no {words(name)}", fill=SOFT)
-            continue
-        axes = Axes(drawing, place, axis_range(every, 0.02), axis_range(list(y), 0.1))
-        last = i == len(DRAWN) - 1
-        axes.frame(swept if last else "", words(name), x_numbers=last)
-        axes.curve([float(row[swept]) for row in rows], y, BLUE)
-    return drawing.render()
+        x, y = ([float(row[key]) for row in rows] for key in (answer["swept"], name))
+        line(figure, x, y, BLUE, words(name), row=i, showlegend=False)
+    return figure

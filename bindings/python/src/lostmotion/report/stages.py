@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from lostmotion.model import DesignModel
-from lostmotion.report.chart import Axes
+from lostmotion.report.charts import Chart
+from lostmotion.report.figure_data import FigureData
 from lostmotion.report.gaps import BACKWARD, FORWARD
-from lostmotion.report.page import Figure, FigureData, PageTable
-from lostmotion.report.svg import PAPER, SMALL_SIZE, SOFT, Drawing, signs, text_width
+from lostmotion.report.page import PageTable
+from lostmotion.report.svg import signs
+from lostmotion.results import figures
+from lostmotion.results.colours import SOFT
 from lostmotion.units import ARCMIN
 
 EVENTS_SHOWN = 14
@@ -112,7 +116,7 @@ def collect_stages(model: DesignModel, name: str, phase_rad: float = 0.0) -> Sta
     )
 
 
-def stages_figure(data: Stages) -> Figure:
+def stages_figure(data: Stages) -> Chart:
     """Make the figure of the take-up."""
     rated = len(data.carrying(data.rated_torque_Nm))
     double = len(data.carrying(2.0 * data.rated_torque_Nm))
@@ -125,10 +129,11 @@ def stages_figure(data: Stages) -> Figure:
     if data.at_rest:
         caption += f" {len(data.at_rest)} pairs carry without load: the mesh is preloaded."
     rows = [*data.at_rest, *data.events]
-    return Figure(
+    return Chart(
+        "stages",
         f"Stages of take-up of {data.name}",
         caption,
-        lambda width: draw_stages(data, width),
+        lambda: [draw_stages(data)],
         FigureData(
             "stages",
             {
@@ -143,52 +148,40 @@ def stages_figure(data: Stages) -> Figure:
     )
 
 
-def draw_stages(data: Stages, width: float) -> str:
+def draw_stages(data: Stages) -> Any:
     """Draw a bar for each pair over torque, placed by the angle of its tooth."""
-    wide = width > 600
-    left, right, top = 52.0, 14.0, 50.0
-    height = 290.0 if wide else 250.0
-    drawing = Drawing(
-        width, top + height + 44, f"Stages of take-up of {data.name}: teeth that carry by torque"
-    )
+    figure = figures.framed("", "torque on the output, N·m", "angle of the tooth, degrees", 400)
     reach = 2.0 * data.rated_torque_Nm
     pairs = {(e.tooth, e.side, e.section): e.angle_deg for e in (*data.at_rest, *data.events)}
-    angles = list(pairs.values()) or [0.0]
-    low = 10.0 * np.floor((min(angles) - 2.0) / 10.0)
-    high = 10.0 * np.ceil((max(angles) + 2.0) / 10.0)
-    axes = Axes(drawing, (left, top, width - left - right, height), (0.0, reach), (low, high))
-    axes.frame(
-        "torque on the output, N·m", "angle of the tooth, degrees", ticks=(width / 110, height / 45)
-    )
-    at = float(axes.x(data.rated_torque_Nm))
-    drawing.line((at, top, at, top + height), SOFT, 1.0, "2 3")
-    drawing.text(at + 5, top + 12, "T_{N}", size=SMALL_SIZE, fill=SOFT, halo=True)
-    # Pairs of one tooth are side by side: one lane per section and flank.
+    angles = list(pairs.values())
+    # Pairs of one tooth lie side by side: a lane for each section and flank.
     lanes = sorted({(section, -side) for _, side, section in pairs})
     spacing = min((abs(a - b) for a in angles for b in angles if abs(a - b) > 1e-6), default=2.0)
-    pitch = abs(float(axes.y(0.0)) - float(axes.y(spacing)))
-    lane = 0.84 * pitch / max(len(lanes), 1)
-    thick = min(5.0, max(0.8, 0.72 * lane))
-    for (tooth, side, section), angle in pairs.items():
-        ink = FORWARD if side > 0 else BACKWARD
-        shift = lanes.index((section, -side)) - (len(lanes) - 1) / 2
-        y = float(axes.y(angle)) + shift * lane
-        for start, end in _spells(data, (tooth, side, section), reach):
-            x0, x1 = float(axes.x(start)), float(axes.x(end))
-            fill = ink if side > 0 or thick < 2.5 else PAPER
-            drawing.rectangle(x0, y - thick / 2, max(x1 - x0, 0.8), thick, fill, ink)
-            drawing.line((x0, y - thick / 2 - 1.0, x0, y + thick / 2 + 1.0), ink, 1.6)
-    x = width - right
-    for name, ink, fill, side in (
-        ("backward pair", BACKWARD, PAPER, -1),
-        ("forward pair", FORWARD, FORWARD, 1),
-    ):
-        if any(one == side for _, one, _ in pairs):
-            drawing.text(x, 16, name, size=SMALL_SIZE, anchor="end")
-            x -= text_width(name, SMALL_SIZE) + 30
-            drawing.rectangle(x, 9, 20, 6, fill, ink)
-            x -= 20
-    return drawing.render()
+    pitch_px = 300.0 * spacing / (np.ptp(angles) + 4.0 if angles else 1.0)
+    lane = 0.84 / max(len(lanes), 1)
+    for side, name, ink in ((1, "forward pair", FORWARD), (-1, "backward pair", BACKWARD)):
+        x: list[float | None] = []
+        y: list[float | None] = []
+        for pair, angle in pairs.items():
+            if pair[1] == side:
+                shift = lanes.index((pair[2], -side)) - (len(lanes) - 1) / 2
+                for start, end in _spells(data, pair, reach):
+                    x += [start, end, None]
+                    y += [angle + shift * lane * spacing] * 2 + [None]
+        if x:
+            figure.add_scatter(
+                x=x,
+                y=y,
+                mode="lines+markers",
+                name=name,
+                line={"color": ink, "width": min(5.0, max(1.0, 0.72 * lane * pitch_px))},
+                marker={"symbol": "line-ns-open", "size": 7, "color": ink},
+            )
+    figure.add_vline(
+        x=data.rated_torque_Nm, line={"dash": "dot", "color": SOFT}, annotation_text="T<sub>N</sub>"
+    )
+    figure.update_xaxes(range=[0, 1.01 * reach])
+    return figure
 
 
 def _spells(data: Stages, pair: tuple[int, int, int], reach: float) -> list[tuple[float, float]]:

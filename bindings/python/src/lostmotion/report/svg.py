@@ -13,20 +13,11 @@ from itertools import takewhile
 import numpy as np
 import numpy.typing as npt
 
+from lostmotion.results.colours import INK, PAPER
+
 Array = npt.NDArray[np.float64]
 
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
-
-INK = "#1b1b1f"
-SOFT = "#5f6368"
-FAINT = "#9aa0a6"
-GRID = "#e4e6e9"
-PAPER = "#ffffff"
-BLUE = "#0077bb"
-ORANGE = "#ee7733"
-RED = "#cc3311"
-TEAL = "#009988"
-"""Paul Tol's vibrant colours: distinct for all types of colour vision, and in print."""
 
 TEXT_SIZE = 13.0
 SMALL_SIZE = 11.5

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from lostmotion.model import DesignModel
+from lostmotion.report.figure_data import FigureData
 from lostmotion.report.mesh import (
     Mesh,
     Touch,
@@ -19,19 +20,15 @@ from lostmotion.report.mesh import (
     rigid_shape,
     touch_place,
 )
-from lostmotion.report.page import Figure, FigureData
+from lostmotion.report.page import Figure
 from lostmotion.report.svg import (
-    BLUE,
-    INK,
-    PAPER,
-    RED,
     SMALL_SIZE,
-    SOFT,
     Array,
     Drawing,
     signs,
     simplify,
 )
+from lostmotion.results.colours import BLUE, INK, PAPER, RED, SOFT
 from lostmotion.units import ARCMIN
 
 FLEXSPLINE_FILL, FLEXSPLINE_INK = "#cfe3f3", BLUE

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
-from lostmotion.report.chart import Axes, nice_step, round_up, tick_label, ticks_between
-from lostmotion.report.page import Figure, FigureData
-from lostmotion.report.svg import BLUE, INK, PAPER, SMALL_SIZE, SOFT, Drawing
+from lostmotion.report.charts import Chart
+from lostmotion.report.figure_data import FigureData
+from lostmotion.results import figures
+from lostmotion.results.colours import BLUE
 
 
 @dataclass(frozen=True)
@@ -28,7 +30,7 @@ class Tolerances:
     arcmin_per_um: float
 
 
-def tolerances_figure(data: Tolerances) -> Figure:
+def tolerances_figure(data: Tolerances) -> Chart:
     """Make the figure of the tolerance limits."""
     limits, scale = data.limits_um, data.arcmin_per_um
     kinds = ("worst", "probable")
@@ -40,10 +42,11 @@ def tolerances_figure(data: Tolerances) -> Figure:
         "by the distributions of the links. With every part in the middle of its field the gap is "
         f"{data.mean_um:.2f} µm; that is the drive of the torsion curve above."
     )
-    return Figure(
+    return Chart(
+        "tolerances",
         f"Tolerance limits of {data.name}",
         caption,
-        lambda width: draw_tolerances(data, width),
+        lambda: [draw_tolerances(data)],
         FigureData(
             "tolerances",
             {
@@ -57,37 +60,39 @@ def tolerances_figure(data: Tolerances) -> Figure:
     )
 
 
-def draw_tolerances(data: Tolerances, width: float) -> str:
-    """Draw both ranges as bars on one axis."""
-    left, right, top, height = 92.0, 20.0, 54.0, 86.0
-    drawing = Drawing(width, top + height + 44, f"Tolerance limits of {data.name}")
-    high = round_up(1.08 * max(data.limits_um.values()))
-    axes = Axes(drawing, (left, top, width - left - right, height), (0.0, high), (0.0, 1.0))
-    axes.frame("radial gap, µm", "", ticks=(width / 90, 0.0))
-    angle = high * data.arcmin_per_um
-    step = nice_step(angle, width / 110)
-    drawing.line((left, top, width - right, top), SOFT)
-    for value in ticks_between(0.0, angle, step):
-        at = float(axes.x(value / data.arcmin_per_um))
-        drawing.line((at, top, at, top - 4), SOFT)
-        drawing.text(
-            at, top - 9, tick_label(value, step), anchor="middle", size=SMALL_SIZE, fill=SOFT
+def draw_tolerances(data: Tolerances) -> Any:
+    """Draw both ranges as bars on two axes: the gap, and the lost motion that it causes."""
+    figure = figures.framed("", "radial gap, µm", "", 250)
+    for kind, name, fill in (("worst", "worst case", "#cfe3f3"), ("probable", "probable", BLUE)):
+        low, high = (data.limits_um[f"{kind}_{end}"] for end in ("min", "max"))
+        figure.add_bar(
+            x=[high - low],
+            base=[low],
+            y=[name],
+            orientation="h",
+            width=0.5,
+            marker={"color": fill, "line": {"color": BLUE, "width": 1}},
+            hovertemplate=f"{name}: {low:.2f} to {high:.2f} µm, {low * data.arcmin_per_um:.3f} to "
+            f"{high * data.arcmin_per_um:.3f} arcmin<extra></extra>",
+            showlegend=False,
         )
-    drawing.text(
-        width - right,
-        top - 30,
-        "lost motion in one direction, arcmin",
-        anchor="end",
-        size=SMALL_SIZE,
+    figure.add_vline(
+        x=data.mean_um, line={"dash": "dash", "width": 1.2}, annotation_text="middle of the fields"
     )
-    for i, (kind, name) in enumerate((("worst", "worst case"), ("probable", "probable"))):
-        y = top + 24 + 38 * i
-        x0 = float(axes.x(data.limits_um[f"{kind}_min"]))
-        x1 = float(axes.x(data.limits_um[f"{kind}_max"]))
-        drawing.rectangle(x0, y - 8, max(x1 - x0, 1.0), 16, "#cfe3f3" if i == 0 else BLUE, BLUE)
-        drawing.text(left - 10, y + 4.5, name, anchor="end")
-    at = float(axes.x(data.mean_um))
-    drawing.line((at, top, at, top + height), INK, 1.2, "3 2")
-    drawing.text(at + 5, top + 48, "middle of the fields", size=SMALL_SIZE, halo=True)
-    drawing.dots([(at, top + height)], 2.6, PAPER, INK)
-    return drawing.render()
+    end = 1.08 * max(*data.limits_um.values(), data.mean_um)
+    scale = data.arcmin_per_um
+    # A second axis is only drawn for a trace of its own.
+    figure.add_scatter(x=[0.0], y=["probable"], xaxis="x2", opacity=0, hoverinfo="skip")
+    figure.update_layout(
+        showlegend=False,
+        margin={"t": 70},
+        xaxis={"range": [0, end]},
+        xaxis2={
+            "overlaying": "x",
+            "side": "top",
+            "range": [0, end * scale],
+            "title": "lost motion in one direction, arcmin",
+        },
+        yaxis={"autorange": "reversed", "showgrid": False},
+    )
+    return figure

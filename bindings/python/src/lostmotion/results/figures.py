@@ -1,8 +1,8 @@
-"""Figures of results, drawn with Plotly (``pip install 'lostmotion[plot]'``).
+"""Charts as Plotly figures: one set for notebooks, reports and the workbench.
 
 Each function takes arrays and returns a ``plotly.graph_objects.Figure``: a notebook displays it,
-and ``figure.write_html("loops.html")`` writes a page. Runs are traces that can be toggled in the
-legend.
+``figure.write_html("loops.html")`` writes a page, and reports and the workbench show the same
+figure with its caption. Runs are traces that can be toggled in the legend.
 """
 
 from __future__ import annotations
@@ -15,14 +15,60 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion.errors import InputError
+from lostmotion.results.colours import (
+    BAND,
+    BLUE,
+    FAINT,
+    GRID,
+    INK,
+    MEASURED,
+    MODEL,
+    ORANGE,
+    PAPER,
+    RED,
+    SIGNED,
+    SOFT,
+    TEAL,
+)
 
 FloatArray = npt.NDArray[np.float64]
 
 POINTS_MAX = 4000
 """Samples of a run that are drawn; more slow down a page without benefit."""
 
-MEASURED, MODEL = "#0072b2", "#d55e00"
-"""Colours of Okabe and Ito (2008), distinct for colour-blind readers."""
+POINTS_ALL = 30_000
+"""Largest number of samples drawn, over all runs: a figure of about 300 KB."""
+
+HEIGHT_PX = 400
+"""Height of a chart unless its content requires another."""
+
+AXIS = {
+    "gridcolor": GRID,
+    "zerolinecolor": FAINT,
+    "zerolinewidth": 1,
+    "linecolor": SOFT,
+    "ticks": "outside",
+    "tickcolor": SOFT,
+    "automargin": True,
+    "title": {"standoff": 6},
+}
+
+TEMPLATE = {
+    "layout": {
+        "font": {"family": "system-ui, 'Segoe UI', Roboto, Arial, sans-serif", "color": INK},
+        "colorway": [BLUE, ORANGE, TEAL, RED, "#33bbee", "#ee3377", SOFT],
+        "paper_bgcolor": PAPER,
+        "plot_bgcolor": PAPER,
+        "hovermode": "closest",
+        "separators": ".\u202f",
+        "margin": {"l": 56, "r": 16, "t": 30, "b": 48},
+        "title": {"x": 0, "xref": "paper", "y": 0.98, "yanchor": "top", "font": {"size": 14}},
+        "legend": {"orientation": "h", "x": 0, "y": 0, "yref": "container", "yanchor": "bottom"},
+        "xaxis": {**AXIS, "showgrid": False, "showline": True},
+        "yaxis": AXIS,
+    }
+}
+"""The look of every chart."""
 
 
 def plotly() -> ModuleType:
@@ -36,12 +82,8 @@ def plotly() -> ModuleType:
     try:
         import plotly.graph_objects as go
     except ImportError:
-        raise InputError("plot", "", "no Plotly", "pip install 'lostmotion[plot]'") from None
+        raise InputError("plot", "", "no Plotly", "pip install plotly") from None
     return go  # type: ignore[no-any-return]
-
-
-POINTS_ALL = 30_000
-"""Largest number of samples drawn, over all runs: a figure of about 300 KB."""
 
 
 def drawn(count: int, total: int = 0) -> slice:
@@ -49,18 +91,131 @@ def drawn(count: int, total: int = 0) -> slice:
     return slice(None, None, max(1, -(-count // POINTS_MAX), -(-total // POINTS_ALL)))
 
 
-def single(values: FloatArray) -> npt.NDArray[np.float32]:
+def single(values: npt.ArrayLike) -> npt.NDArray[np.float32]:
     """Return values in single precision, which halves the size of a page."""
     return np.asarray(values, np.float32)
 
 
-def framed(go: Any, title: str, x: str, y: str) -> Any:
+def framed(title: str, x: str, y: str, height: float = HEIGHT_PX) -> Any:
     """Make an empty figure with its title and axes."""
-    figure = go.Figure()
+    figure = plotly().Figure()
     figure.update_layout(
-        title=title, xaxis_title=x, yaxis_title=y, template="plotly_white", hovermode="closest"
+        title=title, xaxis_title=x, yaxis_title=y, template=TEMPLATE, height=height
     )
     return figure
+
+
+def stacked(
+    title: str,
+    x: str,
+    ys: Sequence[str],
+    shares: Sequence[float],
+    height: float = HEIGHT_PX,
+) -> Any:
+    """Make an empty figure of charts above each other, over one horizontal axis.
+
+    Parameters
+    ----------
+    ys : sequence of str
+        Titles of the vertical axes, from the top.
+    shares : sequence of float
+        Heights of the charts.
+    """
+    from plotly.subplots import make_subplots
+
+    figure = make_subplots(
+        len(ys), 1, shared_xaxes=True, row_heights=list(shares), vertical_spacing=0.22 / len(ys)
+    )
+    figure.update_layout(title=title, template=TEMPLATE, height=height)
+    for row, y in enumerate(ys, 1):
+        figure.update_yaxes(title_text=y, row=row, col=1)
+    figure.update_xaxes(title_text=x, row=len(ys), col=1)
+    return figure
+
+
+def line(
+    figure: Any,
+    x: npt.ArrayLike,
+    y: npt.ArrayLike,
+    colour: str,
+    name: str = "",
+    *,
+    width: float = 1.4,
+    dash: str | None = None,
+    row: int | None = None,
+    **more: Any,
+) -> None:
+    """Add a curve; without a name it is not in the legend."""
+    figure.add_scatter(
+        x=single(x),
+        y=single(y),
+        mode="lines",
+        name=name,
+        showlegend=more.pop("showlegend", bool(name)),
+        line={"color": colour, "width": width, "dash": dash},
+        **({} if row is None else {"row": row, "col": 1}),
+        **more,
+    )
+
+
+def dots(
+    figure: Any,
+    x: npt.ArrayLike,
+    y: npt.ArrayLike,
+    colour: str,
+    name: str = "",
+    *,
+    size: float = 6,
+    hollow: bool = False,
+    symbol: str = "circle",
+    row: int | None = None,
+    **more: Any,
+) -> None:
+    """Add marks; without a name they are not in the legend."""
+    marker: dict[str, Any] = {"size": size, "color": PAPER if hollow else colour}
+    marker["symbol"] = symbol
+    if hollow:
+        marker["line"] = {"color": colour, "width": 1.4}
+    figure.add_scatter(
+        x=single(x),
+        y=single(y),
+        mode="markers",
+        name=name,
+        showlegend=more.pop("showlegend", bool(name)),
+        marker=marker,
+        **({} if row is None else {"row": row, "col": 1}),
+        **more,
+    )
+
+
+def area(
+    figure: Any,
+    x: FloatArray,
+    low: FloatArray,
+    high: FloatArray,
+    colour: str,
+    name: str = "",
+    **more: Any,
+) -> None:
+    """Fill between two curves over the same x."""
+    figure.add_scatter(
+        x=single(np.concatenate((x, x[::-1]))),
+        y=single(np.concatenate((high, low[::-1]))),
+        mode="lines",
+        fill="toself",
+        fillcolor=colour,
+        line={"color": PAPER, "width": 0.5},
+        name=name,
+        showlegend=more.pop("showlegend", bool(name)),
+        hoverinfo="skip",
+        **more,
+    )
+
+
+def noise_band(figure: Any, floor: float, row: int | None = None) -> None:
+    """Draw the band of the noise floor about zero."""
+    place = {} if row is None else {"row": row, "col": 1}
+    figure.add_hrect(y0=-floor, y1=floor, fillcolor=BAND, line_width=0, layer="below", **place)
 
 
 def loops(
@@ -68,25 +223,45 @@ def loops(
     measured_arcmin: Sequence[FloatArray],
     model_arcmin: Sequence[FloatArray],
     labels: Sequence[int | str],
+    residual: Sequence[FloatArray],
+    unit: str = "arcsec",
+    floor: float | None = None,
 ) -> Any:
-    """Draw measured and modelled lost motion against the torque, run by run."""
-    go = plotly()
-    figure = framed(go, "Lost motion", "torque, N m", "lost motion, arcmin")
-    for torque, *angles, label in zip(
-        torque_Nm, measured_arcmin, model_arcmin, labels, strict=True
+    """Draw measured and modelled lost motion and the residual against the torque, run by run.
+
+    Parameters
+    ----------
+    residual : sequence of ndarray
+        In `unit`.
+    floor : float, optional
+        Noise floor in `unit`.
+    """
+    ys = ("lost motion, arcmin", f"residual, {unit}")
+    title = "Lost motion: measured grey, model orange"
+    figure = stacked(title, "torque on the output, N·m", ys, (0.7, 0.3), 560)
+    for torque, measured, model, left, label in zip(
+        torque_Nm, measured_arcmin, model_arcmin, residual, labels, strict=True
     ):
         kept = drawn(torque.size)
-        for name, colour, angle in zip(
-            ("measured", "model"), (MEASURED, MODEL), angles, strict=True
+        run = f"run {label}"
+        for y, colour, row, name in (
+            (measured, MEASURED, 1, "measured"),
+            (model, MODEL, 1, "model"),
+            (left, BLUE, 2, "residual"),
         ):
-            figure.add_scattergl(
-                x=single(torque[kept]),
-                y=single(angle[kept]),
-                name=f"run {label}, {name}",
+            line(
+                figure,
+                torque[kept],
+                y[kept],
+                colour,
+                run if name == "measured" else f"{run}, {name}",
+                width=1,
+                row=row,
                 legendgroup=str(label),
-                mode="lines",
-                line={"color": colour, "width": 1},
+                showlegend=name == "measured",
             )
+    if floor is not None:
+        noise_band(figure, floor, 2)
     return figure
 
 
@@ -119,8 +294,7 @@ def residuals(
     axis : str
         Name of the quantity with its unit, for the axis.
     """
-    go = plotly()
-    figure = framed(go, "Residual", axis, "residual, arcsec")
+    figure = framed("Residual", axis, "residual, arcsec")
     scatter_runs(figure, against, residual_arcsec, labels)
     return figure
 
@@ -131,24 +305,22 @@ def predicted(
     labels: Sequence[int | str],
 ) -> Any:
     """Draw measured against predicted lost motion, run by run, with the line of equality."""
-    go = plotly()
     figure = framed(
-        go, "Measured against predicted", "predicted lost motion, arcmin", "measured, arcmin"
+        "Measured against predicted", "predicted lost motion, arcmin", "measured, arcmin"
     )
     scatter_runs(figure, model_arcmin, measured_arcmin, labels)
     ends = [
         min(float(run.min()) for run in model_arcmin),
         max(float(run.max()) for run in model_arcmin),
     ]
-    figure.add_scatter(x=ends, y=ends, mode="lines", name="equal", line={"dash": "dot"})
+    line(figure, ends, ends, INK, "equal", dash="dot")
     return figure
 
 
 def spectrum(order: FloatArray, amplitude_arcsec: FloatArray, turns_of: str) -> Any:
     """Draw the amplitude of a residual over orders, per turn of the input or the output."""
-    go = plotly()
-    figure = framed(go, "Spectrum of the residual", f"order, per turn of the {turns_of}", "arcsec")
-    figure.add_scatter(x=order, y=amplitude_arcsec, mode="lines", name="amplitude")
+    figure = framed("Spectrum of the residual", f"order, per turn of the {turns_of}", "arcsec")
+    line(figure, order, amplitude_arcsec, BLUE, "amplitude")
     return figure
 
 
@@ -157,9 +329,8 @@ def autocorrelation(whitened: Sequence[FloatArray], lags: int) -> Any:
 
     The band contains independent samples with a probability of 95 %.
     """
-    go = plotly()
     title = "Autocorrelation of the whitened residual"
-    figure = framed(go, title, "lag, samples", "correlation")
+    figure = framed(title, "lag, samples", "correlation")
     runs = [run - run.mean() for run in whitened if run.size > 1]
     lags = min(lags, max(run.size for run in runs) - 1)
     power = sum(float(run @ run) for run in runs)
@@ -169,7 +340,7 @@ def autocorrelation(whitened: Sequence[FloatArray], lags: int) -> Any:
     ]
     band = 1.96 / np.sqrt(sum(run.size for run in runs))
     figure.add_bar(x=list(range(lags + 1)), y=[p / power for p in products], name="residual")
-    figure.add_hrect(y0=-band, y1=band, opacity=0.2, line_width=0, fillcolor="grey")
+    noise_band(figure, band)
     return figure
 
 
@@ -177,58 +348,104 @@ def normal_quantiles(whitened: FloatArray) -> Any:
     """Draw the quantiles of a whitened residual against those of a normal distribution."""
     from scipy.special import ndtri
 
-    go = plotly()
     title = "Quantiles of the whitened residual"
-    figure = framed(go, title, "normal quantile", "quantile of the whitened residual")
+    figure = framed(title, "normal quantile", "quantile of the whitened residual")
     found = np.sort(whitened)
     normal = ndtri((np.arange(found.size) + 0.5) / found.size)
     kept = drawn(found.size)
-    figure.add_scattergl(
-        x=single(normal[kept]), y=single(found[kept]), mode="markers", name="residual"
-    )
+    dots(figure, normal[kept], found[kept], BLUE, "residual", size=5)
     ends = [normal[0], normal[-1]]
-    figure.add_scatter(x=ends, y=ends, mode="lines", name="normal", line={"dash": "dot"})
+    line(figure, ends, ends, INK, "normal", dash="dot")
     return figure
 
 
 def correlations(names: Sequence[str], covariance: FloatArray) -> Any:
     """Draw the correlations of estimated parameters as a map."""
-    go = plotly()
     size = np.sqrt(np.maximum(np.diag(covariance), np.finfo(float).tiny))
-    figure = framed(go, "Correlations of the parameters", "", "")
+    figure = framed("Correlations of the parameters", "", "", 480)
     figure.add_heatmap(
         x=list(names),
         y=list(names),
         z=covariance / np.outer(size, size),
         zmin=-1,
         zmax=1,
-        colorscale="RdBu",
+        colorscale=SIGNED,
         colorbar={"title": "correlation"},
     )
     return figure
 
 
-def ladder(rungs: Sequence[Mapping[str, Any]], noise_floor_arcsec: float) -> Any:
-    """Draw the error after each effect that was added, fitted and leave-one-run-out."""
-    go = plotly()
-    figure = framed(go, "Error ladder", "", "rms error, arcsec")
-    names = ["baseline model", *(f"+ {rung['effects'][-1]}" for rung in rungs[1:])]
-    figure.add_bar(x=names, y=[rung["rms_arcsec"] for rung in rungs], name="fitted")
-    figure.add_scatter(
-        x=names,
-        y=[rung["rms_heldout_arcsec"] for rung in rungs],
-        name="leave-one-run-out",
-        mode="markers",
-        marker={"size": 12, "symbol": "circle-open", "line": {"width": 2}},
+def ladder(
+    names: Sequence[str],
+    fitted: Sequence[float],
+    heldout: Sequence[float],
+    noise_floor_arcsec: float,
+    written: Sequence[str] | None = None,
+) -> Any:
+    """Draw the error after each effect that was added, fitted and leave-one-run-out.
+
+    Parameters
+    ----------
+    names : sequence of str
+        What each step adds.
+    fitted, heldout : sequence of float
+        rms errors in arcsec.
+    written : sequence of str, optional
+        Both errors in words, beside each bar.
+    """
+    rows = np.arange(len(names))
+    floor = f"rms, arcsec (grey: noise floor {noise_floor_arcsec:.3g})"
+    figure = framed("Error ladder", floor, "", 90 + 46 * len(names))
+    figure.update_layout(showlegend=False, bargap=0.68)
+    figure.add_vrect(x0=0, x1=noise_floor_arcsec, fillcolor=BAND, line_width=0, layer="below")
+    figure.add_bar(
+        x=list(fitted),
+        y=rows,
+        orientation="h",
+        marker={"color": [MODEL, *[BLUE] * (len(names) - 1)]},
+        name="fitted",
+        customdata=list(names),
+        hovertemplate="%{customdata}: %{x:.2f} arcsec fitted<extra></extra>",
     )
-    figure.add_hline(y=noise_floor_arcsec, line_dash="dot", annotation_text="noise floor")
+    dots(
+        figure,
+        heldout,
+        rows,
+        INK,
+        "leave-one-run-out",
+        size=9,
+        hollow=True,
+        customdata=list(names),
+        hovertemplate="%{customdata}: %{x:.2f} arcsec leave-one-run-out<extra></extra>",
+    )
+    most = max(*fitted, *heldout, noise_floor_arcsec)
+    ends = [max(pair) for pair in zip(fitted, heldout, strict=True)]
+    said = written or [f"{a:.3g} / {b:.3g}" for a, b in zip(fitted, heldout, strict=True)]
+    for x, y, text, places in (
+        (np.zeros(len(names)), rows - 0.36, names, "middle right"),
+        (np.array(ends) + 0.015 * most, rows, [f"<b>{one}</b>" for one in said], "middle right"),
+    ):
+        figure.add_scatter(
+            x=x, y=y, text=list(text), mode="text", textposition=places, hoverinfo="skip"
+        )
+    figure.update_xaxes(range=[0, 1.36 * most])
+    figure.update_yaxes(range=[len(names) - 0.55, -0.65], visible=False)
     return figure
+
+
+def ladder_of(rungs: Sequence[Mapping[str, Any]], noise_floor_arcsec: float) -> Any:
+    """Draw the ladder of an answer."""
+    return ladder(
+        ["baseline model", *(f"+ {rung['effects'][-1]}" for rung in rungs[1:])],
+        [rung["rms_arcsec"] for rung in rungs],
+        [rung["rms_heldout_arcsec"] for rung in rungs],
+        noise_floor_arcsec,
+    )
 
 
 def curves(x: npt.ArrayLike, series: Mapping[str, Any], title: str, axes: tuple[str, str]) -> Any:
     """Draw curves over one axis, each under its name."""
-    go = plotly()
-    figure = framed(go, title, *axes)
+    figure = framed(title, *axes)
     for name, y in series.items():
         figure.add_scatter(x=np.asarray(x), y=y, name=name, mode="lines")
     return figure
@@ -236,7 +453,37 @@ def curves(x: npt.ArrayLike, series: Mapping[str, Any], title: str, axes: tuple[
 
 def points(x: Sequence[float], y: Sequence[float], title: str, axes: tuple[str, str]) -> Any:
     """Draw numbered points: designs of a front."""
-    go = plotly()
-    figure = framed(go, title, *axes)
+    figure = framed(title, *axes)
     figure.add_scatter(x=x, y=y, mode="markers", text=[f"design {i + 1}" for i in range(len(x))])
     return figure
+
+
+def signed_map(
+    figure: Any,
+    x: npt.ArrayLike,
+    y: npt.ArrayLike,
+    values: FloatArray,
+    most: float,
+    **more: Any,
+) -> None:
+    """Add a map of a signed quantity over cells: blue below zero, orange above.
+
+    Parameters
+    ----------
+    x, y : array_like
+        Edges of the cells.
+    values : ndarray, shape (y.size - 1, x.size - 1)
+        NaN leaves a cell white.
+    most : float
+        Largest value of the colour scale.
+    """
+    figure.add_heatmap(
+        x=single(x), y=single(y), z=single(values), zmin=-most, zmax=most, colorscale=SIGNED, **more
+    )
+
+
+def axis_range(values: Sequence[float], share: float = 0.06) -> list[float]:
+    """Range of an axis: that of the values, with a margin on either side."""
+    low, high = float(min(values)), float(max(values))
+    room = share * (high - low) or 1.0
+    return [low - room, high + room]

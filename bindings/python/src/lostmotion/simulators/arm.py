@@ -337,7 +337,7 @@ def run_example(words: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m lostmotion.simulators.arm")
     parser.add_argument("--step", type=float, default=1e-3, metavar="SECONDS")
     parser.add_argument("--json", metavar="FILE")
-    parser.add_argument("--picture", metavar="FILE.svg")
+    parser.add_argument("--picture", metavar="FILE.html")
     arguments = parser.parse_args(words)
     found = run_arm(arguments.step)
     if arguments.json:
@@ -347,10 +347,11 @@ def run_example(words: Sequence[str] | None = None) -> int:
         }
         Path(arguments.json).write_text(json.dumps(numbers, indent=1) + "\n", encoding="utf-8")
     if arguments.picture:
-        from lostmotion.simulators.arm_picture import draw_arm
+        from lostmotion.simulators.arm_picture import write_arm_page
 
-        picture = draw_arm(found, read_drive(find_inputs() / SHIPPED[0]), PATH_S)
-        Path(arguments.picture).write_text(picture + "\n", encoding="utf-8")
+        drive = read_drive(find_inputs() / SHIPPED[0])
+        command = f"{parser.prog} --picture {arguments.picture}"
+        write_arm_page(arguments.picture, found, drive, PATH_S, command)
     sys.stdout.write(show_arm(found))
     return 0
 

@@ -1,26 +1,35 @@
-"""Figure of the arm: the loop of a drive in the simulator, and the tracking error."""
+"""Page of the arm: the loop of a drive in the simulator, and the tracking error."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from lostmotion.drives import Drive
 from lostmotion.predict import predict
-from lostmotion.report.chart import Axes, round_up
-from lostmotion.report.svg import BLUE, FAINT, INK, RED, SOFT, Drawing
+from lostmotion.report import Section, write_report
+from lostmotion.report.charts import Chart
+from lostmotion.results import figures
+from lostmotion.results.colours import BLUE, FAINT, RED, SOFT
 from lostmotion.simulators.mujoco import slow_reversal
 from lostmotion.units import ARCMIN
 
-SIZE_PX = (860.0, 340.0)
-
 COLOURS = {"rigid": FAINT, "drives": RED, "compensated": BLUE}
 
+TITLE = "Lost motion of a drive in MuJoCo, and the tracking error of the arm"
 
-def draw_arm(found: Mapping[str, Mapping[str, Any]], drive: Drive, duration_s: float) -> str:
-    """Draw the picture as SVG.
+
+def write_arm_page(
+    file: str | Path,
+    found: Mapping[str, Mapping[str, Any]],
+    drive: Drive,
+    duration_s: float,
+    command: str,
+) -> None:
+    """Write the charts as a page.
 
     Parameters
     ----------
@@ -30,43 +39,41 @@ def draw_arm(found: Mapping[str, Mapping[str, Any]], drive: Drive, duration_s: f
         Whose loop is shown.
     duration_s : float
         Of the path.
+    command : str
+        The command line that made it.
     """
-    width, height = SIZE_PX
-    title = "Lost motion of a drive in MuJoCo, and the tracking error of the arm"
-    drawing = Drawing(width, height, title)
-    _draw_loop(drawing, (60.0, 40.0, 300.0, height - 90.0), drive)
-    _draw_errors(drawing, (450.0, 40.0, width - 470.0, height - 90.0), found, duration_s)
-    return drawing.render()
+    charts = Chart(
+        "arm",
+        TITLE,
+        f"Left: lost motion of {drive.name}, simulated with a locked input, around the curve of "
+        "predict. Right: tracking error of the tool.",
+        lambda: [draw_loop(drive), draw_errors(found, duration_s)],
+        beside=2,
+    )
+    write_report(file, TITLE, "", [Section("An arm in MuJoCo", "", [], [charts])], command)
 
 
-def _draw_loop(drawing: Drawing, box: tuple[float, float, float, float], drive: Drive) -> None:
+def draw_loop(drive: Drive) -> Any:
+    """Draw the simulated loop of a drive around the predicted curve."""
+    figure = figures.framed("", "torque, N·m", "lost motion, arcmin")
     rated = drive.rated_torque_Nm
     torque, lost = slow_reversal(drive, rated)
     thin = slice(None, None, 25)
     grid = np.linspace(-rated, rated, 81)
-    predicted = np.array(predict(drive, grid)["total_arcmin"])
-    most = round_up(float(np.max(np.abs(predicted))))
-    axes = Axes(drawing, box, (-rated, rated), (-most, most))
-    axes.frame("torque, N m", f"lost motion of {drive.name.split(',')[0]}, arcmin")
-    axes.curve(grid, predicted, SOFT, 1.2, "5 4")
-    axes.curve(torque[thin], lost[thin] / ARCMIN, COLOURS["drives"])
-    drawing.text(box[0] + 14, box[1] + 18, "simulated, input locked", fill=COLOURS["drives"])
-    drawing.text(box[0] + 14, box[1] + 36, "predict (dashed)", fill=SOFT)
+    predicted = predict(drive, grid)["total_arcmin"]
+    figures.line(figure, grid, predicted, SOFT, "predict", dash="dash")
+    simulated = lost[thin] / ARCMIN
+    figures.line(figure, torque[thin], simulated, COLOURS["drives"], "simulated, input locked")
+    return figure
 
 
-def _draw_errors(
-    drawing: Drawing,
-    box: tuple[float, float, float, float],
-    found: Mapping[str, Mapping[str, Any]],
-    duration_s: float,
-) -> None:
-    most = round_up(max(float(row["tracking_max_um"]) for row in found.values()))
-    axes = Axes(drawing, box, (0.0, duration_s), (0.0, most))
-    axes.frame("time, s", "tracking error of the tool, um")
-    for number, (variant, row) in enumerate(found.items()):
+def draw_errors(found: Mapping[str, Mapping[str, Any]], duration_s: float) -> Any:
+    """Draw the tracking error of the tool over time."""
+    figure = figures.framed("", "time, s", "tracking error of the tool, µm")
+    for variant, row in found.items():
         error = np.asarray(row["error_um"])
         time = np.linspace(0.0, duration_s, error.size)
         thin = slice(None, None, 8)
-        axes.curve(time[thin], error[thin], COLOURS[variant])
-        text = f"{variant}: {row['tracking_rms_um']:.0f} um rms"
-        drawing.text(box[0] + 90, box[1] + 100 + 18 * number, text, fill=COLOURS.get(variant, INK))
+        name = f"{variant}: {row['tracking_rms_um']:.0f} µm rms"
+        figures.line(figure, time[thin], error[thin], COLOURS[variant], name)
+    return figure

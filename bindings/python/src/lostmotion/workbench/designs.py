@@ -20,12 +20,12 @@ from lostmotion.drives import format_toml
 from lostmotion.errors import InputError, LostMotionError
 from lostmotion.files import check_plain, is_inside, write_whole
 from lostmotion.report.front import axis_name, draw_front
-from lostmotion.report.page import NARROW, WIDE, PageTable, rows_html
+from lostmotion.report.page import PageTable, rows_html
 from lostmotion.report.svg import signs
 from lostmotion.report.wording import written
 from lostmotion.workbench.bench import Bench
 from lostmotion.workbench.disclosure import public_message
-from lostmotion.workbench.panel import Panel, action, field
+from lostmotion.workbench.panel import Panel, action, field, plot
 from lostmotion.workbench.work import LOG, Work
 
 MARGINS = 14
@@ -169,12 +169,6 @@ class DesignPanel(Panel):
             ui.label(search.message).classes("message").props("role=alert").style("margin-top: 8px")
         self.live = ui.element("div").props("id=live aria-live=polite").style("margin-top: 12px")
         self.picture = ui.element("div").classes("front")
-        self.picture.on(
-            "click",
-            lambda event: self.pick(event.args),
-            js_handler="(e) => { const c = e.target.closest('[data-design]');"
-            " if (c) emit(Number(c.dataset.design)); }",
-        )
         self.details = ui.element("div").props("id=design")
         if self.drawn_result is not search.result:
             self.drawn_result, self.picked = search.result, None
@@ -237,12 +231,12 @@ class DesignPanel(Panel):
         with self.picture:
             if result is not None and len(names) > 2:
                 self.choose_axes()
-            self.html(
-                '<div class="wide">'
-                + draw_front(front, names, units, WIDE, self.axes, self.picked)
-                + '</div><div class="narrow">'
-                + draw_front(front, names, units, NARROW, self.axes, self.picked)
-                + "</div>"
+            title = "The front of the search"
+            figure = draw_front(front, names, units, self.axes, self.picked)
+            plot(page_figure(figure), title).on(
+                "plotly_click",
+                lambda event: self.pick(event.args),
+                js_handler="(e) => emit(e.points[0].customdata)",
             )
 
     def choose_axes(self) -> None:

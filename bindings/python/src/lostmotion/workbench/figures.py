@@ -1,15 +1,17 @@
-"""Sections and figures of the report for the page, with links to data and figures."""
+"""Sections of the report for the page: markup, charts, and the files that links download."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from html import escape
+from typing import Any
 
+from lostmotion.report.charts import Chart
+from lostmotion.report.figure_data import FigureData
 from lostmotion.report.page import (
     NARROW,
     WIDE,
     Figure,
-    FigureData,
     Notes,
     Raw,
     Section,
@@ -20,57 +22,71 @@ from lostmotion.report.page import (
 from lostmotion.report.page import PageTable as TableRows
 
 
+@dataclass(frozen=True)
+class DrawnChart:
+    """A chart with its figures as Plotly's JSON."""
+
+    chart: Chart
+    figures: list[dict[str, Any]]
+
+
 @dataclass
 class Rendered:
     """A section that is ready to be shown.
 
     Attributes
     ----------
-    html : str
+    parts : list of str or DrawnChart
+        Markup and charts, in order.
     tables : dict
         Data of its figures, by the name in their link.
     pictures : dict
-        Figures for a wide page, by the same names.
+        Drawings to scale for a wide page, by the same names.
     """
 
-    html: str = ""
+    parts: list[str | DrawnChart] = field(default_factory=list)
     tables: dict[str, FigureData] = field(default_factory=dict)
     pictures: dict[str, str] = field(default_factory=dict)
+
+    def add_chart(self, chart: Chart) -> None:
+        """Draw a chart and store its numbers."""
+        self.parts.append(DrawnChart(chart, chart.figures()))
+        if chart.table is not None:
+            self.tables[chart.table.name] = chart.table
 
 
 def render_section(section: Section) -> Rendered:
     """Draw a section; it may take a second, so it must not run in the page's thread."""
     out = Rendered()
-    parts = [f'<p class="lead">{escape(section.lead)}</p>', facts_html(section.facts)]
+    out.parts += [f'<p class="lead">{escape(section.lead)}</p>', facts_html(section.facts)]
     for block in section.blocks:
         if isinstance(block, Figure):
-            parts.append(render_figure(block, out))
+            out.parts.append(render_figure(block, out))
         elif isinstance(block, TableRows):
-            parts.append(rows_html(block))
+            out.parts.append(rows_html(block))
         elif isinstance(block, Notes):
-            parts.append(notes_html(block))
+            out.parts.append(notes_html(block))
         elif isinstance(block, Raw):
-            parts.append(block.html)
+            out.parts.append(block.html)
+        elif block.table is not None:
+            out.add_chart(block)
         # Residual plots have a panel of their own, of the current model.
-    out.html = f'<div class="report">{"".join(parts)}</div>'
     return out
 
 
 def render_figure(figure: Figure, out: Rendered) -> str:
-    """Draw a figure for a wide and a narrow page, and store its data for the link."""
+    """Draw a drawing to scale for a wide and a narrow page, and store its data for the link."""
     name = figure.table.name
     wide = figure.draw(WIDE)
     out.tables[name], out.pictures[name] = figure.table, wide
     return (
         f'<figure><div class="wide">{wide}</div><div class="narrow">{figure.draw(NARROW)}</div>'
-        f"<figcaption><b>{escape(figure.title)}.</b> {escape(figure.caption)} {links(name)}"
-        "</figcaption></figure>"
+        f"<figcaption><b>{escape(figure.title)}.</b> {escape(figure.caption)} "
+        f'<span class="files">{numbers_address(name)} '
+        f'<a href="/picture/{name}.svg" download>picture (SVG)</a></span></figcaption></figure>'
     )
 
 
-def links(name: str) -> str:
-    """Links to the data of a figure and to the figure."""
-    return (
-        f'<span class="files"><a href="/numbers/{name}.csv" download>numbers (CSV)</a> '
-        f'<a href="/picture/{name}.svg" download>picture (SVG)</a></span>'
-    )
+def numbers_address(name: str) -> str:
+    """Link to the data of a figure."""
+    return f'<a href="/numbers/{name}.csv" download>numbers (CSV)</a>'

@@ -7,6 +7,7 @@ from html import escape
 
 from nicegui import ui
 
+from lostmotion.report.charts import page_figure
 from lostmotion.report.maps import (
     ACROSS,
     NAMES,
@@ -15,16 +16,13 @@ from lostmotion.report.maps import (
     bin_residuals,
     cell_text,
     draw_map,
-    draw_profile,
     map_figure,
     runs_in_cell,
     scale_of,
 )
-from lostmotion.report.page import NARROW, WIDE
 from lostmotion.report.wording import words
 from lostmotion.workbench.bench import Bench
-from lostmotion.workbench.figures import links
-from lostmotion.workbench.panel import Panel, action
+from lostmotion.workbench.panel import Panel, action, plot
 from lostmotion.workbench.work import Work
 
 RUNS_LISTED = 6
@@ -60,7 +58,7 @@ class DrivePanel(Panel):
             )
             action("Load the example", self.example).mark("example")
             return
-        self.html(self.bench.drive_page.html)
+        self.page(self.bench.drive_page)
 
 
 class MeasuredPanel(Panel):
@@ -71,7 +69,7 @@ class MeasuredPanel(Panel):
 
     def draw(self) -> None:
         """Draw the panel."""
-        self.html(self.bench.comparison_page.html)
+        self.page(self.bench.comparison_page)
 
 
 class WherePanel(Panel):
@@ -116,31 +114,20 @@ class WherePanel(Panel):
             .props('tabindex=0 role=application aria-label="map of the residual: arrow keys move"')
         )
         area.on(
-            "click",
-            lambda event: self.pick(event.args),
-            js_handler="(e) => { const c = e.target.closest('[data-cell]');"
-            " if (c) emit(Number(c.dataset.cell)); }",
-        )
-        area.on(
             "keydown",
             lambda event: self.move(event.args, of),
             js_handler="(e) => { if (e.key.startsWith('Arrow'))"
             " { e.preventDefault(); emit(e.key); } }",
         )
+        title = f"Mean residual over torque and {NAMES[self.covariate][0]}"
         with area:
-            self.html(
-                f'<div class="wide">{draw_map(of, WIDE, self.picked, most)}</div>'
-                f'<div class="narrow">{draw_map(of, NARROW, self.picked, most)}</div>'
+            plot(page_figure(draw_map(of, self.picked, most)), title).on(
+                "plotly_click",
+                lambda event: self.pick(event.args),
+                js_handler="(e) => emit(e.points[0].customdata)",
             )
         self.cell(data, of)
-        self.html(
-            f'<div class="wide">{draw_profile(data, self.covariate, WIDE)}</div>'
-            f'<div class="narrow">{draw_profile(data, self.covariate, NARROW)}</div>'
-        )
-        figure = map_figure(data, self.covariate)
-        self.bench.comparison_page.tables[figure.table.name] = figure.table
-        self.bench.comparison_page.pictures[figure.table.name] = draw_map(of, WIDE, None, most)
-        self.html(f'<p class="small">{escape(figure.caption)} {links(figure.table.name)}</p>')
+        self.chart(map_figure(data, self.covariate))
 
     def worst(self, data: Residuals) -> str:
         """Choose the quantity on which the residual depends most in the comparison."""

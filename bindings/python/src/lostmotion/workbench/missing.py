@@ -12,9 +12,9 @@ from nicegui import ui
 
 from lostmotion import rules
 from lostmotion.report.discovery import detectable_rows, verdict_sentence
-from lostmotion.report.evidence import draw_dots
+from lostmotion.report.evidence import dots_figure
 from lostmotion.report.ladder import ladder_figure
-from lostmotion.report.page import NARROW, WIDE, PageTable, rows_html
+from lostmotion.report.page import PageTable, rows_html
 from lostmotion.report.svg import signs
 from lostmotion.report.wording import named_numbers, words
 from lostmotion.workbench.bench import Bench
@@ -54,7 +54,7 @@ class EffectsPanel(Panel):
         model = self.bench.model
         if model is not None:
             name = self.bench.need_drive().name
-            self.figure(ladder_figure(model.ladder, model.noise_floor_arcsec, name))
+            self.chart(ladder_figure(model.ladder, model.noise_floor_arcsec, name))
         self.html("<h3>Effects: tick one to add it and refit the model</h3>")
         ui.input("search effects", on_change=lambda event: self.search(event.value)).props(
             "dense outlined stack-label clearable"
@@ -235,13 +235,8 @@ class AlikePanel(Panel):
                     )
         if rivals.gains:
             gains = [(words(name), gain) for name, gain in rivals.gains.items()]
-            name = self.bench.need_drive().name
-            self.html(
-                f'<div class="wide">{draw_dots(gains, WIDE, name)}</div>'
-                f'<div class="narrow">{draw_dots(gains, NARROW, name)}</div>'
-                '<p class="small">Evidence by run: gain in nats when the run is predicted from the '
-                "others. An effect that only one run supports is not accepted.</p>"
-            )
+            labels = [run.label for run in self.bench.need_campaign().runs]
+            self.chart(dots_figure(gains, labels))
 
 
 class NextPanel(Panel):

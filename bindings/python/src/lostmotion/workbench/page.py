@@ -16,7 +16,7 @@ from nicegui.events import MultiUploadEventArguments
 from lostmotion.compare import REPEATABILITY
 from lostmotion.drives import read_toml
 from lostmotion.errors import LostMotionError, one_line
-from lostmotion.report.ladder import draw_ladder
+from lostmotion.report.ladder import ladder_figure
 from lostmotion.report.wording import NOISE_FLOOR, NOISE_FLOOR_IS, words
 from lostmotion.shipped import find_inputs
 from lostmotion.workbench.bench import Bench
@@ -24,7 +24,7 @@ from lostmotion.workbench.designs import DesignPanel, Search
 from lostmotion.workbench.handing_out import ExportPanel
 from lostmotion.workbench.measured import DrivePanel, MeasuredPanel, WherePanel
 from lostmotion.workbench.missing import AlikePanel, EffectsPanel, NextPanel
-from lostmotion.workbench.panel import Panel, action
+from lostmotion.workbench.panel import Panel, action, plot
 from lostmotion.workbench.plots import PlotsPanel
 from lostmotion.workbench.work import Work
 
@@ -35,9 +35,6 @@ WITHOUT_TOKEN = "<script>history.replaceState(null, '', '/')</script>"
 
 LOOK_S = 0.2
 """Interval at which the page polls the bench for changes."""
-
-RAIL_PX = 270.0
-"""Width for which the ladder beside the panels is drawn."""
 
 EXAMPLE = "joint"
 """Folder of the demonstration's inputs with a drive and a campaign."""
@@ -258,7 +255,9 @@ class Page:
         )
         if model is None or not model.ladder:
             return
-        ui.html(draw_ladder(model.ladder, floor, RAIL_PX), sanitize=False).props("id=ladder")
+        with ui.element("div").props("id=ladder"):
+            chart = ladder_figure(model.ladder, floor, bench.need_drive().name)
+            plot(chart.figures()[0], chart.title)
         if bench.chosen:
             with ui.element("div").classes("line"):
                 for name in bench.chosen:

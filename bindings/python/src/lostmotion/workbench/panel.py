@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from html import escape
 from typing import Any
 
 from nicegui import ui
 
+from lostmotion.report.charts import HOW, Chart
 from lostmotion.workbench.bench import Bench
-from lostmotion.workbench.figures import Rendered, render_figure
+from lostmotion.workbench.figures import DrawnChart, Rendered, numbers_address
 from lostmotion.workbench.work import Work
 
 
@@ -81,10 +82,44 @@ class Panel:
         """Show a hint while there is no content."""
         self.html(f'<p class="soft">{escape(text)}</p>')
 
-    def figure(self, figure: Any) -> None:
-        """Show a figure with its links."""
-        out = Rendered()
-        text = render_figure(figure, out)
-        self.bench.comparison_page.tables.update(out.tables)
-        self.bench.comparison_page.pictures.update(out.pictures)
-        self.html(text)
+    def page(self, page: Rendered) -> None:
+        """Show a section."""
+        for part in page.parts:
+            if isinstance(part, DrawnChart):
+                self.drawn(part)
+            else:
+                self.html(part)
+
+    def chart(self, chart: Chart) -> list[ui.plotly]:
+        """Draw a chart with its caption."""
+        if chart.table is not None:
+            self.bench.comparison_page.tables[chart.table.name] = chart.table
+        return self.drawn(DrawnChart(chart, chart.figures()))
+
+    def drawn(self, part: DrawnChart) -> list[ui.plotly]:
+        """Show the figures of a chart with its caption."""
+        chart = part.chart
+        with ui.element("figure"):
+            with ui.element("div").classes(f"charts beside{chart.beside}"):
+                shown = [plot(figure, chart.title) for figure in part.figures]
+            with ui.element("figcaption"):
+                numbers = "" if chart.table is None else numbers_address(chart.table.name)
+                self.html(
+                    f"<b>{escape(chart.title)}.</b> {escape(chart.caption)} {HOW} "
+                    f'<span class="files">{numbers}</span>'
+                )
+                action("picture (SVG)", lambda: download_pictures(shown, chart.name))
+        return shown
+
+
+def plot(figure: dict[str, Any], title: str) -> ui.plotly:
+    """Show a Plotly figure."""
+    made = ui.plotly(figure).style(f"width: 100%; height: {figure['layout']['height']}px")
+    made.props["role"], made.props["aria-label"] = "group", title
+    return made
+
+
+def download_pictures(shown: Sequence[ui.plotly], name: str) -> None:
+    """Send figures to the browser as SVG."""
+    for one in shown:
+        one.run_plot_method("downloadImage", {"format": "svg", "filename": name})

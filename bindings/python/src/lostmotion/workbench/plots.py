@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from nicegui import ui
 
-from lostmotion.report.plots import CONFIG, NOT_INSTALLED, installed, plots_of
+from lostmotion.report.charts import plots_of
 from lostmotion.report.wording import words
 from lostmotion.workbench.bench import Bench
 from lostmotion.workbench.panel import Panel
@@ -23,9 +23,6 @@ class PlotsPanel(Panel):
 
     def draw(self) -> None:
         """Draw the panel."""
-        if not installed():
-            self.hint(NOT_INSTALLED)
-            return
         result = self.bench.model or self.bench.comparison
         assert result is not None
         plots = {plot.name: plot for plot in plots_of(result)}
@@ -41,16 +38,7 @@ class PlotsPanel(Panel):
                 on_change=lambda event: self.choose(event.value),
             ).props("dense outlined options-dense").style("min-width: 260px").mark("plot")
             ui.label(f"Of the current model: {added}.").classes("soft small")
-        figure = plot.make()
-        figure.update_layout(
-            title=None,
-            margin={"l": 60, "r": 10, "t": 10, "b": 50},
-        )
-        drawn = figure.to_plotly_json()
-        drawn["config"] = CONFIG
-        shown = ui.plotly(drawn).classes("plot")
-        shown.props(f'role=group aria-label="{plot.title}"')
-        self.html(f'<p class="small">{plot.caption} Drag to zoom, double-click to reset.</p>')
+        self.chart(plot)
 
     def choose(self, name: str) -> None:
         """Show another plot."""
