@@ -1,7 +1,7 @@
 """Reports: one HTML file with figures, their data, and the command that made it.
 
-The file needs no network: figures are SVG, data are CSV links, both inside the page. Only residual
-plots and the trade-off of a design search use scripts.
+The file needs no network: drawings to scale are SVG, charts are Plotly figures, and the page
+contains Plotly. Data are CSV links in the page.
 """
 
 from __future__ import annotations

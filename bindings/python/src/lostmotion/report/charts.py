@@ -35,9 +35,9 @@ class Chart:
     name : str
         Short, for menus and the names of files.
     title, caption : str
-        What it shows, and how to read it. Plain text.
+        Content and reading instructions, plain text.
     make : callable
-        Gives the Plotly figures.
+        Returns the Plotly figures.
     table : FigureData, optional
         The numbers behind them; by default those that are drawn.
     beside : int
@@ -63,12 +63,13 @@ class Chart:
 
 
 CONFIG = {"responsive": True, "displayModeBar": False, "plotlyServerURL": ""}
-"""How Plotly shows a chart: nothing leaves the page."""
+"""Plotly configuration of a chart; no data are sent from the page."""
 
 
 def page_figure(figure: Any) -> dict[str, Any]:
     """Return a Plotly figure as JSON, with the settings of a page."""
-    return json.loads(figure.to_json()) | {"config": CONFIG}
+    drawn: dict[str, Any] = json.loads(figure.to_json())
+    return drawn | {"config": CONFIG}
 
 
 def plots_of(result: WhitenedResult) -> list[Chart]:

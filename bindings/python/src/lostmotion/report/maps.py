@@ -200,7 +200,7 @@ def draw_map(of: Map, picked: int | None = None, most: float | None = None) -> A
         np.arange(up + 1),
         of.mean,
         most or scale_of(of),
-        customdata=cells,
+        customdata=cells.tolist(),
         text=[[cell_text(of, int(cell)) for cell in row] for row in cells],
         hovertemplate="%{text}<extra></extra>",
         hoverongaps=False,

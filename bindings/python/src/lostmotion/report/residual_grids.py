@@ -244,7 +244,7 @@ def draw_maps(
                     grid.edges,
                     np.where(clear, means[k], np.nan),
                     scale,
-                    customdata=np.round(t[k], 1),
+                    customdata=np.round(t[k], 1).tolist(),
                     hovertemplate=HOVER,
                     **where,
                 )

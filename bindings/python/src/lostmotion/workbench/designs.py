@@ -19,6 +19,7 @@ from lostmotion.design.spec import read_spec
 from lostmotion.drives import format_toml
 from lostmotion.errors import InputError, LostMotionError
 from lostmotion.files import check_plain, is_inside, write_whole
+from lostmotion.report.charts import page_figure
 from lostmotion.report.front import axis_name, draw_front
 from lostmotion.report.page import PageTable, rows_html
 from lostmotion.report.svg import signs
