@@ -66,7 +66,7 @@ def test_a_report_opens_without_complaint_and_fits(
         raise AssertionError(f"the page asks for {outside}")
     (tmp_path / "page.html").write_text(page.replace("</body>", MEASURE))
     dom, complaints = open_page(tmp_path / "page.html", width, tmp_path / "profile")
-    assert complaints == []
+    assert [line for line in complaints if "WebGL" not in line] == []
     title = re.search(r"<title>(.*?)</title>", dom)
     assert title is not None
     assert title[1] == "true", f"wider than the window: {title[1]}"
@@ -133,7 +133,7 @@ def test_a_report_can_be_printed(folder: Path, tmp_path: Path, name: str) -> Non
 
 
 @pytest.mark.parametrize("width", WIDTHS)
-def test_the_front_shows_the_design_that_is_pointed_at(
+def test_the_front_shows_the_design_that_the_keyboard_goes_to(
     folder: Path, tmp_path: Path, width: int
 ) -> None:
     pointed = tmp_path / "pointed.html"
@@ -142,13 +142,12 @@ def test_the_front_shows_the_design_that_is_pointed_at(
         .read_text()
         .replace(
             "</body>",
-            "<script>document.querySelector('circle[data-design=\"2\"]').dispatchEvent("
-            "new PointerEvent('pointerenter'));document.title = document.querySelector("
-            "'.drive h3').textContent;</script></body>",
+            "<script>for (const key of ['ArrowRight', 'ArrowRight']) "
+            "document.querySelector('#front').dispatchEvent(new KeyboardEvent('keydown', {key}));"
+            "document.title = document.querySelector('.drive h3').textContent;</script></body>",
         )
     )
     dom, complaints = open_page(pointed, width, tmp_path / "profile")
     assert complaints == []
     assert "<title>Design 3 of" in dom
-    assert dom.count("data-design=") >= 4
     assert "teeth at the deformation axis, to scale" in dom
