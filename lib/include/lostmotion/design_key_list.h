@@ -190,19 +190,19 @@
   ROW(H_L, flank, h_l, , REAL, ONE, 0, 2, DEFAULT, 0.25, SAME,                                    \
       "double arc: height of the common tangent, in modules, 0.01 at least; read with delta_L")   \
   ROW(KAPPA, flank, kappa, , REAL, ONE, 0, LM_KAPPA_MOST, DEFAULT, 0.9, SAME,                     \
-      "S tooth: deflection coefficient of the path of a rack's tooth that it is half of, 0.5 at " \
-      "least")                                                                                    \
+      "S tooth: deflection coefficient of the rack tooth's path, half of which is the flank; "    \
+      "0.5 at least")                                                                             \
   ROW(X_M, flank, X_M, , REAL, ONE, -2, 2, DEFAULT, 0, SAME,                                      \
       "S tooth: height of its datum point above the reference circle, in modules")                \
   ROW(S_M, flank, s_M, , REAL, ONE, 0, 2.5, DEFAULT, 1.5, SAME,                                   \
       "S tooth: thickness at its datum point, in modules, 0.5 at least")                          \
   ROW(TIP_RELIEF_MM, flank, tip_relief, _mm, REAL, MODULE, 0, 0.1, FILLED, 0, SAME,               \
-      "relief of the flexspline's tip: what is taken off its flank across the tooth there; the "  \
-      "conjugate is generated without it")                                                        \
+      "relief of the flexspline's tip: material removed from its flank there, across the tooth; " \
+      "the conjugate is generated without it")                                                    \
   ROW(TIP_RELIEF_HEIGHT, flank, tip_relief_height, , REAL, ONE, 0, 1, DEFAULT, 0.3, SAME,         \
       "height below the tip at which the relief begins, in modules; it grows with the square")    \
   ROW(BACKLASH_MM, flank, backlash, _mm, REAL, MODULE, -0.05, 0.2, FILLED, 0, SAME,               \
-      "constant side clearance that a conjugate flank is given, along the circumference")
+      "constant side clearance of a conjugate flank, along the circumference")
 
 /* Keys of [design] itself. */
 #define LM_DRIVE_KEYS(ROW, DEPENDENT)                                                              \
@@ -212,7 +212,7 @@
       "sections of the face width that share the load: 1 is the planar model, 2 to 7 the spatial " \
       "one")                                                                                       \
   ROW(PLANAR_ONLY, drive, planar_only, , SWITCH, ONE, 0, 1, DEFAULT, 0, SAME,                      \
-      "true: the checks see the middle of the face alone; false: both edges of it as well")
+      "true: the checks examine only the middle of the face; false: both edges as well")
 
 /* All of them, by section. */
 #define LM_DESIGN_KEYS(ROW, DEPENDENT) \

@@ -52,7 +52,7 @@ static const lm_effect_card card = {
     "share ln(1 + t / onset) elastic_angle, as four Kelvin elements",
     "0.3 to 1.5 % an e-fold, 1 to 5 arcsec; a polymer ten times that",
     "thermal_stiffness, load_dependent_friction, sensor_lag",
-    "hold at both signs of rated torque for 30 min, unload, watch it come back",
+    "hold rated torque of either sign for 30 min, unload, record the recovery",
     {{"share", LM_VALUE_LINEAR, LM_REAL(0.01), LM_VALUE_AS_USUAL},
      {"onset_s", LM_VALUE_SHAPE, LM_REAL(1), LM_SCALE_TIMES, {0, 0, 0, 0}, 0u, 0}},
     LM_CARD_AS_USUAL};

@@ -14,7 +14,7 @@ static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *a
 #if LM_EFFECT_CARDS
 static const lm_effect_card card = {
     "inertia",
-    "accelerating the load takes from the torque that winds the drive up",
+    "accelerating the load reduces the torque that winds the drive up",
     "torque - inertia output_acceleration",
     "13 arcsec for 1 N*m",
     "viscous_friction, sensor_lag",

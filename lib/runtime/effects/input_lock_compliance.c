@@ -14,7 +14,7 @@ static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *a
 #if LM_EFFECT_CARDS
 static const lm_effect_card card = {
     "input_lock_compliance",
-    "the lock that holds the input gives way",
+    "the lock that holds the input is elastic",
     "compliance torque / ratio^2",
     "33 arcsec at 1.6 N*m for 1 N*m/rad",
     "torque_scale, output_tilt",

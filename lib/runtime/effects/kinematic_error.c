@@ -21,7 +21,7 @@ static const lm_effect_card card = {
     "even pitch errors of the gears, carried round by the wave generator",
     "cosine_2 cos(2 input_angle) + sine_2 sin(2 input_angle) + cosine_4 cos(4 input_angle) + "
     "sine_4 sin(4 input_angle)",
-    "5 to 30 arcsec at two a turn, 1 to 8 at four",
+    "5 to 30 arcsec twice a turn, 1 to 8 four times a turn",
     "stiffness_modulation, lobe_eccentricity, thermal_drift",
     "load both ways at the same wave generator angle: the half sum keeps it, the half difference "
     "does "

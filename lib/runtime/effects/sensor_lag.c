@@ -35,8 +35,8 @@ static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *a
 #if LM_EFFECT_CARDS
 static const lm_effect_card card = {
     "sensor_lag",
-    "torque and angle are not sampled at the same instant",
-    "the torque, lagging by lag, less the torque",
+    "torque and angle are sampled at different instants",
+    "the torque delayed by lag, minus the torque",
     "slope of the torsion curve times rate of the torque times lag",
     "viscous_friction, load_dependent_friction, creep, inertia",
     "the same loop at two rates",

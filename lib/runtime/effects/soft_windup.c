@@ -13,7 +13,7 @@ static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *a
 #if LM_EFFECT_CARDS
 static const lm_effect_card card = {
     "soft_windup",
-    "the drive is softer at low torque than the baseline model says",
+    "the drive is softer at low torque than in the baseline model",
     "windup tanh(torque / torque_Nm)",
     "5 to 40 arcsec",
     "free_play, stiffening, torque_scale",

@@ -15,7 +15,7 @@ static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *a
 #if LM_EFFECT_CARDS
 static const lm_effect_card card = {
     "stiffness_modulation",
-    "stiffness varies with the place of the wave generator",
+    "stiffness varies with the angle of the wave generator",
     "elastic_angle (cosine cos(2 input_angle) + sine sin(2 input_angle))",
     "0.5 to 4 % of the elastic angle",
     "kinematic_error, lobe_eccentricity",

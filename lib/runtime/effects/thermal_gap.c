@@ -21,8 +21,8 @@ static const lm_effect_card card = {
     "max(gap_per_K (temperature - 20 C), -gap) sat(torque/takeup)",
     "11 arcsec per 10 K between wave generator and flexspline; 46 for an aluminium housing at 40 K",
     "wear, thermal_stiffness, free_play",
-    "soak at two temperatures or more, at low and at high torque: above the take-up it does not "
-    "grow",
+    "soak at two temperatures or more, at low and at high torque: above the take-up the "
+    "angle does not grow",
     {{"gap_rad_per_K", LM_VALUE_LINEAR, LM_REAL(5e-6), LM_VALUE_AS_USUAL},
      {"gap_rad", LM_VALUE_FIXED, LM_REAL(0.01), LM_SCALE_GREATEST, {LM_REAL(1), 0, 0, 0}, 0u, 0},
      TAKEUP_VALUE(LM_REAL(0.4))},

@@ -17,7 +17,7 @@ static const lm_effect_card card = {
     "share_per_K (temperature - 20 C) elastic_angle",
     "3 to 4 arcsec at rated torque and 40 K",
     "thermal_gap, torque_scale, creep",
-    "it grows with torque, a thermal gap does not",
+    "its angle grows with torque, that of a thermal gap does not",
     {{"share_per_K", LM_VALUE_LINEAR, LM_REAL(2.7e-4), LM_VALUE_AS_USUAL}},
     LM_CARD_AS_USUAL};
 #endif

@@ -4,7 +4,7 @@
 
 enum { OFFSET_NM, VALUES };
 
-/* The torque sensor's zero is off. */
+/* The torque sensor has a zero error. */
 static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *at) {
   (void)memory;
   (void)at;
@@ -14,11 +14,11 @@ static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *a
 #if LM_EFFECT_CARDS
 static const lm_effect_card card = {
     "torque_offset",
-    "the torque sensor's zero is off",
+    "the torque sensor has a zero error",
     "torque + offset",
     "1.3 arcsec for 0.1 N*m",
     "asymmetric_stiffness",
-    "dead weights; the even part goes with the slope of the torsion curve",
+    "dead weights; the part even in the torque is proportional to the torsion curve's slope",
     {{"offset_Nm", LM_VALUE_SHAPE, LM_REAL(0.1), LM_VALUE_AS_USUAL}},
     LM_CARD_AS_USUAL};
 #endif

@@ -4,7 +4,7 @@
 
 enum { SHARE, VALUES };
 
-/* The torque sensor's scale is off. */
+/* The torque sensor has a scale error. */
 static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *at) {
   (void)memory;
   return value[SHARE] * at->torque_Nm;
@@ -13,7 +13,7 @@ static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *a
 #if LM_EFFECT_CARDS
 static const lm_effect_card card = {
     "torque_scale",
-    "the torque sensor's scale is off",
+    "the torque sensor has a scale error",
     "torque (1 + share)",
     "2.8 arcsec at rated torque for 1 %",
     "thermal_stiffness, input_lock_compliance, soft_windup, stiffening",

@@ -14,7 +14,7 @@ static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *a
 #if LM_EFFECT_CARDS
 static const lm_effect_card card = {
     "viscous_friction",
-    "viscous drag takes from the torque that winds the drive up",
+    "viscous drag reduces the torque that winds the drive up",
     "torque - drag input_velocity",
     "30 to 40 arcsec at full speed",
     "stribeck_friction, sensor_lag, inertia",

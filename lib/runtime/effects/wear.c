@@ -19,7 +19,7 @@ static const lm_effect_card card = {
     "gap (cycles / 1e6)^exponent sat(torque/takeup)",
     "8 to 25 arcsec for 1 to 3 um",
     "free_play, input_coupling_play, thermal_gap",
-    "the history of the drive; wear does not come back with temperature",
+    "the history of the drive; wear does not change with temperature",
     {{"gap_rad", LM_VALUE_LINEAR, LM_REAL(7e-5), LM_VALUE_AS_USUAL},
      {"exponent",
       LM_VALUE_SHAPE,
