@@ -357,3 +357,40 @@ def test_a_gzip_beyond_the_bound_is_refused_before_it_is_inflated(tmp_path: Path
             stream.write(b"1,0,0,0,0,0\n" * 90_000)
     with pytest.raises(InputError, match="a gzip that holds more than 32 MiB"):
         read(tmp_path, packed.getvalue())
+
+
+def test_a_minus_sign_behind_digits_is_a_sign_only_where_no_other_is_in_front(
+    tmp_path: Path,
+) -> None:
+    """Among signs in front of the digits it is a torn number, and counts as missing."""
+    behind = change(2, lambda _, cell: f"{cell[1:]}-" if cell.startswith("-") else cell)
+    (tmp_path / "behind.csv").write_text(table(body=behind))
+    campaign = read_campaign([tmp_path / "behind.csv"], ratio=100)
+    assert min(campaign.runs[0].columns["torque"]) < -39
+    torn = change(2, lambda i, cell: cell[:5] + "-" if i == 5 else cell)
+    (tmp_path / "torn.csv").write_text(table(body=torn))
+    campaign = read_campaign([tmp_path / "torn.csv"], ratio=100)
+    assert [f.kind for f in campaign.findings if f.column == "torque_Nm"][:1] == ["text"]
+
+
+def test_columns_of_one_name_are_read_once_where_they_are_the_same(tmp_path: Path) -> None:
+    """A scope writes the clock beside every channel."""
+    names = [*NAMES, "time_s"]
+    twice = [[*row, row[1]] for row in rows()]
+    (tmp_path / "twice.csv").write_text(table(names, body=twice))
+    assert read_campaign([tmp_path / "twice.csv"], ratio=100).rows == 80
+    twice[7][-1] = "0.75"
+    (tmp_path / "apart.csv").write_text(table(names, body=twice))
+    with pytest.raises(InputError, match="the column twice"):
+        read_campaign([tmp_path / "apart.csv"], ratio=100)
+
+
+def test_milliseconds_beside_a_stamp_belong_to_it(tmp_path: Path) -> None:
+    stamps = [START + datetime.timedelta(milliseconds=100 * i) for i in range(80)]
+    body = [
+        [row[0], f"{at:%Y/%m/%d %H:%M:%S}", f"{at.microsecond // 1000}", *row[2:]]
+        for row, at in zip(rows(), stamps, strict=True)
+    ]
+    (tmp_path / "log.csv").write_text(table(["run", "Date&Time", "ms", *NAMES[2:]], body=body))
+    campaign = read_campaign([tmp_path / "log.csv"], ratio=100)
+    np.testing.assert_allclose(np.diff(campaign.runs[0].time_s), 0.1, atol=1e-9)

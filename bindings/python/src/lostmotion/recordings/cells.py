@@ -14,7 +14,7 @@ MISSING = (
     "-1.#qnan", "1.#snan", "-1.#snan", "ovf", "ovl", "ol", "o.l", "-ol", "+ol", "oor", "ovfl",
     "ovld", "ovrng", "ovrflw", "over", "under", "ovr", "udf", "overflow", "underflow", "overload",
     "overrange", "underrange", "over range", "bad", "invalid", "error", "err", "fault", "no data",
-    "nodata", "open", "#########",
+    "nodata", "open", "burnout", "#########", "+++++++", "-------",
 )  # fmt: skip
 """Marks of a missing number, in lower case: spreadsheets, C runtimes,
 instruments out of range, databases."""
@@ -45,9 +45,17 @@ MEASURED = re.compile(rf"(?:{NUMBER}|{COMMA_NUMBER})\s*([^\s0-9.,;:+-][^\s0-9;:]
 VALUE = re.compile(rf"{NUMBER}|{COMMA_NUMBER}|{GROUPED}|{STAMP}")
 
 
+SIGN_APART = r"^([+-])\s+([0-9.,])"
+"""A sign and blanks before the digits."""
+
+SIGN_BEHIND = r"^([0-9.,]*[0-9])-$"
+"""A minus sign behind the digits."""
+
+
 def plain(text: str) -> str:
-    """Return a cell without surrounding blanks and quotes, and with plain minus signs."""
-    return text.strip().strip('"').strip().replace("−", "-")
+    """Return a cell without surrounding blanks and quotes, and with a minus sign before digits."""
+    cell = text.strip().strip('"').strip().replace("−", "-")
+    return re.sub(SIGN_BEHIND, r"-\1", re.sub(SIGN_APART, r"\1\2", cell))
 
 
 def is_missing(text: str) -> bool:

@@ -72,6 +72,12 @@ def stamped(cells: Sequence[str]) -> bool:
     return count > 0 and 2 * count > len(cells)
 
 
+def in_whole_seconds(cells: Sequence[str]) -> bool:
+    """Whether the cells are dates or times of day without fractions of a second."""
+    whole = re.compile(r"[0-9]:[0-9]{2}:[0-9]{2}(?![0-9.,:])")
+    return stamped(cells) and all(whole.search(cell) for cell in cells)
+
+
 def stamp_forms() -> list[tuple[str, str]]:
     """List the formats of a stamp, and the order of the date in each; empty if none."""
     forms = [

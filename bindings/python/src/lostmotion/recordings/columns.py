@@ -15,7 +15,7 @@ import numpy.typing as npt
 from lostmotion import units
 from lostmotion.errors import InputError, did_you_mean, shorten
 from lostmotion.recordings.cells import is_missing, is_value, plain, unit_behind
-from lostmotion.recordings.clocks import EPOCH_RANGE_S, UNITS_NS, stamped
+from lostmotion.recordings.clocks import EPOCH_RANGE_S, UNITS_NS, in_whole_seconds, stamped
 from lostmotion.recordings.encoders import Counter
 from lostmotion.recordings.findings import UNUSED
 from lostmotion.recordings.opening import header_of
@@ -70,6 +70,9 @@ FRACTIONS = {
 }
 """Suffixes of the names of two columns that form one clock, as in ROS stamps."""
 
+THOUSANDTHS = ("ms", "msec", "msecs", "millisec", "millisecs", "millisecond", "milliseconds")
+"""Names of a column of the milliseconds of a date or time of day in whole seconds."""
+
 TEXT_STAMP = frozenset(("iso", "date", "utc", "stamp"))
 """Entry of a map instead of a unit if the stamps are dates or times of day."""
 
@@ -94,6 +97,9 @@ class ColumnName:
 
     fraction: tuple[int, str] | None = None
     """Column of the fractions of a second of a clock in two columns, and their unit."""
+
+    again: tuple[int, ...] = ()
+    """Columns of the same name, which must have the same cells."""
 
 
 def parse_map(entries: Iterable[str]) -> dict[str, str]:
@@ -286,6 +292,11 @@ def choose_columns(
             if first in mapping and not mapped:
                 ignored.append(column)
                 continue
+            same = first == column and list(header.cells(index)) == list(header.cells(before.index))
+            if same and name.quantity.name == "time":
+                # Scopes write the clock beside every channel.
+                chosen["time"] = (first, replace(before, again=(*before.again, index)))
+                continue
             whole = joined_clock(before, name) if mapped and first != column else None
             if whole is None:
                 found = f"{name.quantity.name} a second time (first '{first}')"
@@ -406,7 +417,8 @@ def find_clock(
         name = normal(label)
         stamp = name in STAMPS or name == "time" or index in named
         if stamp and dated(header.cells(index)):
-            found = ColumnName(quantity, None, index=index)
+            rest = thousandths_of(header, index)
+            found = ColumnName(quantity, None, index=index, fraction=rest)
         elif name in STAMPS and header.units[index]:
             unit = units.read_unit(header.units[index], units.TIME)
             found = ColumnName(quantity, unit, index=index) if unit else None
@@ -421,6 +433,16 @@ def find_clock(
                 if one in ignored:
                     ignored.remove(one)
             return
+
+
+def thousandths_of(header: Header, index: int) -> tuple[int, str] | None:
+    """Find the column beside dates or times of day in whole seconds that has their milliseconds."""
+    after = index + 1
+    if after >= len(header.names) or normal(header.names[after]) not in THOUSANDTHS:
+        return None
+    stamps, rest = header.cells(index), [plain(cell) for cell in header.cells(after)]
+    parts = all(re.fullmatch("[0-9]{1,3}", cell) or is_missing(cell) for cell in rest)
+    return (after, "ms") if parts and in_whole_seconds(stamps) else None
 
 
 def stamp_unit(label: str) -> units.Unit | None:

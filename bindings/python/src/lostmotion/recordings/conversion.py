@@ -66,6 +66,7 @@ def read_numbers(
     """Read the chosen columns of a table."""
     used = sorted(indices_of(chosen))
     rows = table.read(used)
+    refuse_different(table.header.file, rows, chosen)
     if needs_text(rows, chosen):
         rows = table.read(used, as_text=True)
     return in_si(table.header.file, rows, chosen, protocol, ratio)
@@ -73,8 +74,16 @@ def read_numbers(
 
 def indices_of(chosen: Chosen) -> set[int]:
     """Numbers of the columns that are read."""
-    found = {name.index for _, name in chosen.values()}
+    found = {place for _, name in chosen.values() for place in (name.index, *name.again)}
     return found | {name.fraction[0] for _, name in chosen.values() if name.fraction}
+
+
+def refuse_different(file: str, rows: Rows, chosen: Chosen) -> None:
+    """Refuse columns of one name that are not the same."""
+    for label, name in chosen.values():
+        first = rows.columns[name.index]
+        if not all(rows.columns[place].equals(first) for place in name.again):
+            raise InputError(file, label, "the column twice", "each column once")
 
 
 def is_text(column: Any) -> bool:
@@ -311,7 +320,7 @@ class Clock:
         column = rows.columns[name.index]
         self.bad = np.zeros(rows.count, dtype=np.bool_)
         kind = str(column.type)
-        if name.fraction is not None:
+        if name.fraction is not None and name.unit is not None:
             self.seconds = self.of_two(column, rows.columns[name.fraction[0]], name.fraction[1])
         elif kind.startswith("duration"):
             self.seconds = self.of_integers(column.cast("int64"), kind[9:-1])
@@ -379,6 +388,11 @@ class Clock:
         """Read a clock of dates or times of day."""
         stamps = clocks.as_texts(column)
         values, known, findings = clocks.read_stamps(self.file, self.label, stamps, self.rows.place)
+        if self.name.fraction is not None:
+            place, unit = self.name.fraction
+            rest, both = self.in_billionths(self.rows.columns[place], clocks.UNITS_NS[unit])
+            self.refuse_outside(rest, known & both, unit)
+            values, known = values + rest, known & both
         told = np.asarray(stamps.is_valid().to_numpy(zero_copy_only=False), dtype=np.bool_)
         self.bad = told & ~known
         self.findings += findings
@@ -411,17 +425,23 @@ class Clock:
         ns = clocks.UNITS_NS[unit]
         rest_ns, both = self.in_billionths(part, ns)
         known = known & both
-        outside = known & ((rest_ns < 0) | (rest_ns >= clocks.NS))
-        if outside.any():
-            row = int(np.flatnonzero(outside)[0])
-            found = f"{rest_ns[row] / ns:g} {unit} beside whole seconds in {self.rows.place(row)}"
-            raise InputError(self.file, self.label, found, f"0 to {clocks.NS // ns - 1} {unit}")
+        self.refuse_outside(rest_ns, known, unit)
         first = int(seconds[known][0]) if known.any() else 0
         zero = first if abs(first) > clocks.EPOCH_S else 0
         since = (seconds - zero) * clocks.NS + rest_ns
         if zero:
             return self.from_zero(since, known, 1)
         return np.where(known, since / clocks.NS, np.nan)
+
+    def refuse_outside(
+        self, rest_ns: npt.NDArray[np.int64], known: npt.NDArray[np.bool_], unit: str
+    ) -> None:
+        """Refuse parts of a second that are a second or more."""
+        outside = known & ((rest_ns < 0) | (rest_ns >= clocks.NS))
+        if outside.any():
+            row, ns = int(np.flatnonzero(outside)[0]), clocks.UNITS_NS[unit]
+            found = f"{rest_ns[row] / ns:g} {unit} beside whole seconds in {self.rows.place(row)}"
+            raise InputError(self.file, self.label, found, f"0 to {clocks.NS // ns - 1} {unit}")
 
     def in_billionths(
         self, column: Any, ns: int

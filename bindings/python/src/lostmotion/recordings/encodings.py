@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import codecs
+from collections.abc import Collection
+from functools import partial
 from pathlib import Path
 
 from lostmotion.errors import InputError
@@ -54,12 +56,26 @@ def encoding_of(raw: bytes) -> tuple[str, int]:
     return "utf-8", 0
 
 
-def as_utf8(file: str | Path, raw: bytes) -> bytes:
+NATIONAL = ("cp1252", "gb18030", "shift_jis", "euc_kr", "big5", "cp1251", "cp1250", "cp1253")
+"""Encodings of text that is not Unicode: Western, Chinese, Japanese, Korean, Cyrillic, Central
+European, Greek. The first is used unless the names of a map are found only in another one."""
+
+
+def as_utf8(file: str | Path, raw: bytes, wanted: Collection[str] = ()) -> bytes:
     """Return the text of a file as UTF-8, its lines ended by line feeds.
 
     UTF-16 and UTF-32 are recognised by their mark, UTF-16 also by its NULs. Bytes that are not
-    UTF-8 are read as Windows-1252, which includes Latin-1, unless the text before them has letters
-    in UTF-8: then they are damage, and remain visible as escapes.
+    UTF-8 are read as Windows-1252, which includes Latin-1, or in the encoding in which they have
+    the names of a map, unless the text before them has letters in UTF-8: then they are damage, and
+    remain visible as escapes.
+
+    Parameters
+    ----------
+    file : str or Path
+        For messages.
+    raw : bytes
+    wanted : collection of str
+        Names of columns in a map.
 
     Raises
     ------
@@ -76,17 +92,22 @@ def as_utf8(file: str | Path, raw: bytes) -> bytes:
     else:
         raw = raw[mark:]
         if not raw.isascii():
-            raw = decoded(raw).encode("utf-8", "backslashreplace")
+            raw = decoded(raw, wanted).encode("utf-8", "backslashreplace")
     if b"\r" in raw:
         raw = raw.replace(b"\r\r\n", b"\n").replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     return raw
 
 
-def decoded(raw: bytes) -> str:
-    """Decode text that is UTF-8, or nearly, or Windows-1252."""
+def decoded(raw: bytes, wanted: Collection[str] = ()) -> str:
+    """Decode text that is UTF-8, or nearly, or in a national encoding."""
     try:
         return raw.decode()
     except UnicodeDecodeError as error:
-        if not raw[: error.start].isascii():
-            return raw.decode("utf-8", "backslashreplace")
-        return raw.decode("cp1252", "backslashreplace")
+        likely = NATIONAL if raw[: error.start].isascii() else ("utf-8", *NATIONAL)
+    return raw.decode(max(likely, key=partial(names_in, raw, wanted)), "backslashreplace")
+
+
+def names_in(raw: bytes, wanted: Collection[str], encoding: str) -> int:
+    """Count the names that a text has in an encoding."""
+    names = (name.encode(encoding, "ignore") for name in wanted if not name.isascii())
+    return sum(bool(name) and name in raw for name in names)

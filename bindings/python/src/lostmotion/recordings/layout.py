@@ -301,12 +301,17 @@ def find_layout(file: str | Path, text: str, whole: bool, wanted: Collection[str
     if heading is None:
         refuse_width(file, best)
         first = best.is_row.index(True)
-        names = tuple(f"column_{j + 1}" for j in range(best.width))
+        names = column_numbers(best.width)
         return Layout(best.separator, names, ("",) * best.width, None, best.lines[first][0] - 1)
     before = [best.lines[i][0] for i in range(heading.place) if best.is_row[i]]
     last = best.lines[heading.last][0]
     place = best.lines[heading.place][0]
     return Layout(best.separator, heading.names, heading.units, place, last, tuple(before))
+
+
+def column_numbers(width: int) -> tuple[str, ...]:
+    """Give columns without a header their numbers as names."""
+    return tuple(f"column_{j + 1}" for j in range(width))
 
 
 def lines_of(text: str, whole: bool, count: int, skipped: int) -> list[tuple[int, str]]:

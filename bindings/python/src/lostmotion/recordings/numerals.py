@@ -17,7 +17,14 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion.errors import InputError, shorten
-from lostmotion.recordings.cells import COMMA_NUMBER, GROUPS, MISSING, NUMBER
+from lostmotion.recordings.cells import (
+    COMMA_NUMBER,
+    GROUPS,
+    MISSING,
+    NUMBER,
+    SIGN_APART,
+    SIGN_BEHIND,
+)
 from lostmotion.recordings.findings import Finding
 
 FloatArray = npt.NDArray[np.float64]
@@ -82,6 +89,10 @@ class Texts:
         self.text = pc.replace_substring(pc.utf8_trim_whitespace(text), "−", "-")
         if behind:
             self.text = pc.replace_substring_regex(self.text, rf"\s*{re.escape(behind)}$", "")
+        self.text = pc.replace_substring_regex(self.text, SIGN_APART, r"\1\2")
+        # A single minus sign behind digits is a torn line, unless the others are there too.
+        if not pc.any(pc.match_substring_regex(self.text, "^-[0-9.,]")).as_py():
+            self.text = pc.replace_substring_regex(self.text, SIGN_BEHIND, r"-\1")
         self.pc, self.pa = pc, pa
         self.missing = self.mask(
             pc.is_in(pc.utf8_lower(self.text), value_set=pa.array(MISSING, self.text.type))

@@ -78,6 +78,9 @@ RATIO_EXPECTED = (
 LEADING = {"torque", "input_angle", "output_angle", "lost_motion", "motor_torque", "motor_current"}
 """Quantities of which the slowest defines the rows of joined columns."""
 
+MOVING = {"torque", "input_angle", "output_angle", "lost_motion"}
+"""Quantities that every row needs, as far as they are recorded."""
+
 MISSING_ACTION = "only other runs have the column; not used"
 """Action for a quantity that only some runs have."""
 
@@ -306,9 +309,14 @@ def read_runs(
             run.sources = dict(chosen)
             runs.append(run)
     if not runs:
-        raise InputError(
-            name, "torque_Nm", "no row with numbers for torque and angle", "at least one"
-        )
+        found = "no row with numbers for torque and angle"
+        known = {q: int(np.count_nonzero(np.isfinite(numbers[q]))) for q in MOVING & set(numbers)}
+        if len(known) > 1 and min(known.values()) > 1:
+            counts = ", ".join(
+                f"{count} of {quantity}" for quantity, count in sorted(known.items())
+            )
+            found = f"numbers in different rows ({counts}), as of topics with clocks of their own"
+        raise InputError(name, "torque_Nm", found, "rows that have both torque and angle")
     return runs
 
 

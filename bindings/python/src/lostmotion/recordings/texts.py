@@ -10,6 +10,7 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Collection, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +23,7 @@ from lostmotion.recordings.cells import MISSING_SPELLINGS
 from lostmotion.recordings.compressed import GZIP, inflate
 from lostmotion.recordings.encodings import as_utf8
 from lostmotion.recordings.findings import Finding
-from lostmotion.recordings.layout import Layout, find_layout
+from lostmotion.recordings.layout import Layout, column_numbers, find_layout
 from lostmotion.recordings.separators import Separator
 from lostmotion.recordings.tables import CELLS_SHOWN, Header, Rows
 
@@ -43,6 +44,15 @@ QUOTED_LINE = re.compile(rb'"(?:[^"]|"")*[,;\t|](?:[^"]|"")*"')
 
 STAMPED_LINE = re.compile(rb"(?m)^\[?[0-9]{1,2}:[0-9]{2}:[0-9]{2}(?:[.,][0-9]+)?\]? ?-> ?")
 """A time of day and an arrow, as monitors of serial lines put them before every line."""
+
+LISTED_LINE = re.compile(rb"(?m)^[ \t]*[\[({]([^\[\](){}\n]*)[\])}][,;]?[ \t]*$")
+"""A list in its brackets, as Python and MATLAB print a row."""
+
+LABEL = re.compile(rb"(?:^|[,;\t ])[ \t]*([A-Za-z_][^,;:=\t \n]*)[:=]")
+"""A name before a value."""
+
+LABELLED_LINE = re.compile(rb"(?:[,; \t]*[A-Za-z_][^,;:=\t \n]*[:=][ \t]*[^,;:=\t ]*){2,}[,; \t]*")
+"""Values with their names before them, as plotters of serial lines take them."""
 
 LINES_KEPT = 1000
 """Largest number of lines that do not fit whose text is kept; further ones are not examined."""
@@ -72,8 +82,8 @@ class TextTable:
         raw = read_bytes(file, "a text with separators")
         if raw.startswith(GZIP) or file.name.lower().endswith(".gz"):
             raw = inflate(file, raw)
-        text = bare_lines(as_utf8(file, raw))
-        return cls(str(file), text, layout_of(file, text, wanted))
+        text, labels = bare_lines(as_utf8(file, raw, wanted))
+        return cls(str(file), text, layout_of(file, text, wanted, labels))
 
     @classmethod
     def header_of_file(cls, file: Path, wanted: Collection[str]) -> Header:
@@ -81,8 +91,8 @@ class TextTable:
         raw = read_bytes(file, "a text with separators")
         if raw.startswith(GZIP) or file.name.lower().endswith(".gz"):
             raw = inflate(file, raw, HEAD_BYTES)
-        text = bare_lines(as_utf8(file, raw))
-        return header_from(str(file), layout_of(file, text, wanted), text)
+        text, labels = bare_lines(as_utf8(file, raw, wanted))
+        return header_from(str(file), layout_of(file, text, wanted, labels), text)
 
     @property
     def width(self) -> int:
@@ -232,23 +242,45 @@ class TextTable:
         return at, fields, line
 
 
-def bare_lines(text: bytes) -> bytes:
-    """Remove what a program added to every line: quotes, or a time of day and an arrow."""
+def bare_lines(text: bytes) -> tuple[bytes, tuple[str, ...]]:
+    """Remove what a program added to every line, and give the names among it.
+
+    These are quotes, brackets of a list, a time of day and an arrow, or a name before every value.
+    """
     head = [line for line in text[:HEAD_BYTES].split(b"\n", WRAPPED_LINES)[:WRAPPED_LINES] if line]
     if len(head) > 1 and all(QUOTED_LINE.fullmatch(line) for line in head):
-        return re.sub(rb'(?m)^"(.*)"$', rb"\1", text).replace(b'""', b'"')
+        return re.sub(rb'(?m)^"(.*)"$', rb"\1", text).replace(b'""', b'"'), ()
     if len(head) > 1 and all(STAMPED_LINE.match(line) for line in head):
-        return STAMPED_LINE.sub(b"", text)
-    return text
+        text, head = STAMPED_LINE.sub(b"", text), [STAMPED_LINE.sub(b"", line) for line in head]
+    if len(head) > 1 and all(LISTED_LINE.fullmatch(line) for line in head):
+        return LISTED_LINE.sub(rb"\1", text).replace(b"'", b'"'), ()
+    labels = labels_of(head)
+    if labels:
+        value = rb"[ \t]*([^,;\t ]*)"
+        cells = rb"[,;\t ]+".join(re.escape(label) + rb"[:=]" + value for label in labels)
+        row = b",".join(rb"\%d" % (place + 1) for place in range(len(labels)))
+        text = re.sub(rb"(?m)^[ \t]*" + cells + rb"[,; \t]*$", row, text)
+    return text, tuple(label.decode("utf-8", "backslashreplace") for label in labels)
 
 
-def layout_of(file: Path, text: bytes, wanted: Collection[str]) -> Layout:
-    """Find the layout of a text from its beginning."""
+def labels_of(head: Sequence[bytes]) -> list[bytes]:
+    """Give the names that stand before the values of every line; empty if they do not."""
+    labels = [LABEL.findall(line) for line in head if LABELLED_LINE.fullmatch(line)]
+    same = len(labels) == len(head) > 1 and all(each == labels[0] for each in labels)
+    return labels[0] if same and len(set(labels[0])) == len(labels[0]) else []
+
+
+def layout_of(
+    file: Path, text: bytes, wanted: Collection[str], labels: Sequence[str] = ()
+) -> Layout:
+    """Find the layout of a text from its beginning; its `labels` are the names of its columns."""
     head = text[:HEAD_BYTES]
     if len(text) > HEAD_BYTES and b"\n" not in head:
         head = text[: text.find(b"\n") + 1] or text
     whole = len(head) == len(text)
-    return find_layout(file, head.decode("utf-8", "backslashreplace"), whole, wanted)
+    layout = find_layout(file, head.decode("utf-8", "backslashreplace"), whole, wanted)
+    named = layout.header_line is None and len(labels) == len(layout.names)
+    return replace(layout, names=tuple(labels)) if named else layout
 
 
 def header_from(file: str, layout: Layout, text: bytes) -> Header:
@@ -260,7 +292,9 @@ def header_from(file: str, layout: Layout, text: bytes) -> Header:
         return [row[column].strip() for row in rows if column < len(row)]
 
     place = f"line {layout.header_line}" if (layout.header_line or 1) > 1 else ""
-    place = place if layout.header_line else "none found, columns are numbered"
+    if layout.header_line is None:
+        numbered = layout.names == column_numbers(len(layout.names))
+        place = "none found, columns are numbered" if numbered else "before every value"
     return Header(file, layout.names, layout.units, place, cells)
 
 
