@@ -1,4 +1,4 @@
-"""A test by hand: torque wrench and dial gauge, 5 to 30 readings."""
+"""A manual test: torque wrench and dial gauge, 5 to 30 readings."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ from lostmotion.units import ARCMIN
 FORWARD, BACKWARD = BLUE, ORANGE
 
 LOBES = (0.0, 180.0)
-"""Angles of the two lobes, which are alike."""
+"""Angles of the two lobes, which are equal."""
 
 ROOM = 1.7
 """Height of the picture relative to the widest gap of a closing flank: the other flank of the far
