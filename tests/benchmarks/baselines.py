@@ -1,13 +1,13 @@
 """Results of well-known tools on the same campaigns: PySINDy, lasso, boosted trees.
 
-All are used as well as we know how. They get the residual of the baseline model fitted to all runs
+All are used as well as possible. They get the residual of the baseline model fitted to all runs
 as one, run means removed, so that none of them has to find the torsion curve and the friction
-first. All splits of the data are by whole runs, and what does not explain `CLAIMED` of the variance
-of runs left out is not claimed: rows next to each other would tell of each other.
+first. All splits of the data are by whole runs, because neighbouring rows depend on each other. A
+result that explains less than `CLAIMED` of the variance of the runs left out is not claimed.
 
 PySINDy and the trees see the recorded columns and what an engineer would derive from them: rates,
 direction of the load, time in the run, the run's number, sines and cosines of the angles. The lasso
-sees the tangents of the library's effects, which is more than a user of it would have.
+sees the tangents of the library's effects, which its user would not have.
 
 Each answers with what it claims, best first: effects (lasso), terms (PySINDy), columns (trees).
 """
@@ -32,15 +32,16 @@ from lostmotion.fit.baseline import BaselineModel
 FloatArray = npt.NDArray[np.float64]
 
 ROWS = 6000
-"""Rows that each tool gets, drawn evenly: they are slow, and neighbours say the same."""
+"""Rows that each tool gets, evenly spaced: the tools are slow, and neighbouring rows are
+redundant."""
 
 CLAIMED = 0.02
 """Share of the variance of runs left out from which a model is believed. An effect of half the
 noise explains a fifth."""
 
 SPARSE = 3
-"""Terms that PySINDy's forward regression takes. Its sequential thresholding loses the right ones
-among columns as collinear as these: it claimed nothing in developing."""
+"""Terms that PySINDy's forward regression takes. Its sequential thresholding drops the right terms
+among columns as collinear as these: it claimed nothing on the development campaigns."""
 
 FOLDS = 4
 
@@ -69,7 +70,7 @@ class Table:
 
 
 def alike(base: BaselineModel) -> BaselineModel:
-    """The baseline model with all runs as one: deviations of runs may hold what is looked for."""
+    """The baseline model with all runs as one: deviations of runs may contain the hidden effect."""
     out = base.copy()
     out.deviations[:] = 0.0
     out.fit(steps=8)
@@ -77,7 +78,7 @@ def alike(base: BaselineModel) -> BaselineModel:
 
 
 def table_of(base: BaselineModel) -> Table:
-    """What the tools get of a campaign."""
+    """Data of a campaign that the tools get."""
     c = base.conditions
     taken = np.linspace(0, c.rows - 1, min(ROWS, c.rows)).astype(np.intp)
     rate = c.rate(c.torque)
@@ -94,7 +95,7 @@ def table_of(base: BaselineModel) -> Table:
                 columns[f"sin{k}_{name}"] = np.sin(k * column)
         elif name == "input_velocity_rad_s":
             columns["speed"] = column
-            # The recorded output would do, but for the noise in it, which explains the residual's.
+            # Not the recorded output: its noise would explain that of the residual.
             columns["acceleration"] = c.rate(column)
         elif name not in ("elapsed_s", "output_acceleration_rad_s2"):
             columns[name] = column
@@ -124,7 +125,7 @@ def by_pysindy(table: Table) -> list[str]:
     made.fit(table.x)
     words = made.get_feature_names(table.names)
     features = np.asarray(made.transform(table.x))
-    # What both libraries hold counts once.
+    # Terms of both libraries count once.
     kept = list({word: i for i, word in reversed(list(enumerate(words)))}.values())[::-1]
     words, features = [words[i] for i in kept], features[:, kept]
     features = (features - features.mean(axis=0)) / np.maximum(features.std(axis=0), 1e-12)
@@ -207,8 +208,8 @@ COLUMNS: dict[str, tuple[str, ...]] = {
     "time": ("time_s",),
     "event": ("time_s", "run"),
 }
-"""Columns by which what an effect or a cause depends on would be recognised, where the name of the
-recorded column is not its own."""
+"""Columns that show what an effect or a cause depends on, if the recorded column has another
+name."""
 
 
 def wanted_columns(name: str, truth: dict[str, Any]) -> set[str]:
@@ -217,13 +218,13 @@ def wanted_columns(name: str, truth: dict[str, Any]) -> set[str]:
     if effect is None:
         needs = {n for cause in truth["hidden"] for n in cause.get("depends_on", ())}
     else:
-        # Everything depends on the torque a little: it counts only where nothing else is requested.
+        # Everything depends on the torque a little: it counts only if no other column is expected.
         needs = set(effect.needs) - {"torque_Nm", "elapsed_s"} or set(effect.needs)
     return {column for need in needs for column in COLUMNS.get(need, (need,))}
 
 
 def claim(truth: dict[str, Any], tool: str, claims: list[str]) -> str:
-    """What another tool's first claim is worth."""
+    """Whether another tool's first claim is right."""
     hidden = list(truth["effects"])
     if not claims:
         return "nothing" if hidden else "right"

@@ -29,7 +29,7 @@ ROUNDS = 3
 
 
 def timed(what: str, work: Callable[[], Any]) -> Any:
-    """Do it a few times and print the least time: on the clock, and of all processors."""
+    """Call a function a few times and print the least wall time and processor time."""
     walls, used = [], []
     for _ in range(ROUNDS):
         wall, processor = time.perf_counter(), time.process_time()
@@ -68,7 +68,7 @@ def measure(recording: Path, sheet: Path) -> None:
 
 
 def main() -> None:
-    """Measure a campaign that is given, or one of the rig."""
+    """Measure the given campaign, or one of the rig."""
     if len(sys.argv) == 3:
         measure(Path(sys.argv[1]), Path(sys.argv[2]))
         return

@@ -13,7 +13,7 @@ import plant_table
 
 
 def main() -> int:
-    """Print the table; 1 where a case fails that is not known to."""
+    """Print the table; 1 if a case fails that is not among the known exceptions."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         program = plant_table.build(folder)

@@ -2,8 +2,8 @@
 
 One evaluation is the side clearances of both flanks at 8 tooth phases, the contributions at 33
 torques and all checks. All three run in turn in the same process, on one thread; medians of the
-processor's time are compared, so that other work on the machine counts as little as can be. The
-numbers of the library and of plain_numpy agree to 2e-4 arcmin (test_plain_numpy.py).
+processor time are compared, so that other work on the machine has little influence. The numbers of
+the library and of plain_numpy agree to 2e-4 arcmin (test_plain_numpy.py).
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from lostmotion import __version__
 from lostmotion.core import Core, core
 
 ONE_THREAD = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-"""Read by NumPy when it is loaded."""
+"""NumPy reads them when it is loaded."""
 
 DRIVES = ("reference_a", "external_ring")
 PHASES = plain_numpy.PHASES
@@ -37,7 +37,7 @@ BATCH = 20
 
 
 class Library:
-    """One evaluation in C, piece by piece, in memory that is made once."""
+    """One evaluation in C, piece by piece, in memory that is allocated once."""
 
     def __init__(self, c: Core, drive: Any, sections: int = 1) -> None:
         self.c, self.drive = c, drive
@@ -91,7 +91,7 @@ class Library:
         )
 
     def characteristic(self) -> None:
-        """Take up the load at all torques."""
+        """Compute the loaded mesh at all torques."""
         self._done(
             self.c.lib.lm_evaluate_torsion_curve(
                 self.drive,
@@ -119,7 +119,7 @@ class Library:
         )
 
     def pieces(self) -> dict[str, Callable[[], None]]:
-        """Return the pieces of an evaluation by name."""
+        """Return the parts of an evaluation by name."""
         return {
             "geometry and neutral line": self.meshes,
             f"clearances at {PHASES} phases": self.clearances,

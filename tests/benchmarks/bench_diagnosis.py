@@ -7,10 +7,10 @@
     python benchmarks/bench_next.py CAMPAIGNS --results FILE.jsonl
     python benchmarks/bench_diagnosis.py --results FILE.jsonl --write
 
-A result is appended to FILE.jsonl as soon as it is there, and what is there already is not done
-again: a stop loses nothing. Every worker is a process of one thread. Campaigns of all suites are
-taken in turn, so that a run that was stopped has seen something of everything;
-`--suite single:65 clean:25` takes the first of some. `--write` writes the page `how_well.md` of the
+Each result is appended to FILE.jsonl at once, and existing results are not repeated: an
+interruption loses nothing. Every worker is a process of one thread. Campaigns of all suites are
+diagnosed in turn, so that an interrupted run covers a part of every suite; `--suite single:65
+clean:25` selects the first campaigns of some suites. `--write` writes the page `how_well.md` of the
 docs. `--baselines` needs pysindy and scikit-learn.
 """
 
@@ -40,7 +40,7 @@ Record = dict[str, Any]
 PAGE = Path(__file__).resolve().parents[2] / "bindings/python/docs/how_well.md"
 
 KEPT = ("verdict", "noise_floor_arcsec", "effects", "ladder", "events", "unexplained")
-"""What is kept of an answer."""
+"""Keys of an answer that are stored."""
 
 
 def diagnosed(drive: Drive, campaign: Campaign) -> Diagnosis:
@@ -55,7 +55,7 @@ def diagnosed(drive: Drive, campaign: Campaign) -> Diagnosis:
 
 
 def read(truth_file: Path) -> tuple[dict[str, Any], Drive, Campaign]:
-    """Read what is hidden, the sheet and the recordings."""
+    """Read the truth, the sheet and the recordings."""
     stem = truth_file.name.removesuffix(".truth.json")
     drive = read_drive(truth_file.with_name(f"{stem}.toml"))
     campaign = read_campaign(truth_file.with_name(f"{stem}.csv.gz"), ratio=drive.ratio)
@@ -81,7 +81,7 @@ def run(truth_file: Path) -> Record:
 
 
 def run_rivals(truth_file: Path) -> Record:
-    """Let other tools try one campaign."""
+    """Run the other tools on one campaign."""
     from baselines import baselines
 
     from lostmotion.discover.outliers import clean_outliers
@@ -108,9 +108,9 @@ def run_rivals(truth_file: Path) -> Record:
 
 
 def in_turn(folders: Iterable[Path], wanted: dict[str, int | None]) -> list[Path]:
-    """Truths of suites, so that every first part holds as much of each as of the others.
+    """Truths of suites in an order in which every first part has an equal share of each suite.
 
-    `wanted` states how many of each suite; all of all where it is empty.
+    `wanted` states how many of each suite; all if it is empty.
     """
     suites: dict[Path, list[Path]] = {}
     for folder in folders:
@@ -131,7 +131,7 @@ def suite_and_count(text: str) -> tuple[str, int | None]:
 
 
 def load(file: Path) -> list[Record]:
-    """Results of runs before; a last line that a stop has cut off does not count."""
+    """Results of earlier runs; an incomplete last line does not count."""
     found: list[Record] = []
     if file.exists():
         for line in file.read_text().splitlines():
@@ -143,12 +143,12 @@ def load(file: Path) -> list[Record]:
 
 
 def key(done: Record) -> tuple[str, str, str]:
-    """By what a result is known."""
+    """Key of a result."""
     return done["what"], done["suite"], done["name"]
 
 
 def work(job: Any, what: str, files: list[Path], results: Path, workers: int) -> Iterator[Record]:
-    """Do what is not there yet, several at once, and keep every result at once."""
+    """Compute the missing results in parallel, and store each at once."""
     there = {key(done) for done in load(results)}
     left = [
         file
@@ -157,7 +157,7 @@ def work(job: Any, what: str, files: list[Path], results: Path, workers: int) ->
     ]
     with ProcessPoolExecutor(workers) as pool, results.open("a") as out:
         if out.tell():
-            out.write("\n")  # what a stop has cut off stays a line of its own
+            out.write("\n")  # an incomplete line remains a separate line
         for future in as_completed(jobs := {pool.submit(job, file): file for file in left}):
             if future.exception() is not None:
                 print(f"{jobs[future]}: {future.exception()!r}", file=sys.stderr, flush=True)

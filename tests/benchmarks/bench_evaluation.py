@@ -2,8 +2,8 @@
 
     python tests/benchmarks/bench_evaluation.py [--rows 2000000]     # pip install numba first
 
-Against it the same model as a good NumPy user writes it: operators in a loop by Numba, the
-torsion curve by np.interp, the effects in array expressions. The angles agree.
+It is compared with the same model as a good NumPy user writes it: operators in a loop compiled by
+Numba, the torsion curve by np.interp, the effects in array expressions. The angles agree.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ NO_ENVELOPE = Envelope()
 
 try:
     from numba import njit
-except ImportError:  # the library's own figures need no Numba
+except ImportError:  # only the comparison needs Numba
     njit = None
 
 Array = NDArray[np.float64]

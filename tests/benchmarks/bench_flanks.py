@@ -85,7 +85,7 @@ def draw(drives: dict[str, Drive]) -> str:
 
 
 def main() -> None:
-    """Search, print, and write the page where that is wanted."""
+    """Search, print, and write the page on request."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--evaluations", type=int, default=3_000)
     parser.add_argument("--write", action="store_true", help="write the page and the picture")

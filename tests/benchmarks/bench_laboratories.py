@@ -4,10 +4,10 @@
     python benchmarks/bench_laboratories.py --results FILE.jsonl [--count 1] [--seeds develop]
     python benchmarks/bench_laboratories.py --results FILE.jsonl --write
 
-Every cell of the table (law, protocol, nothing or an effect of one or two noises) gets `--count`
-campaigns of seeds of its own: even ones to develop on, odd ones to judge. A result is appended as
-soon as it is there and not done again. Campaigns are dealt in an order that has seen something of
-every cell early. `--write` writes the page `laboratories.md` of the docs.
+Every cell of the table (law, protocol, no effect or an effect of one or two noises) gets `--count`
+campaigns with its own seeds: even seeds for development, odd ones for evaluation. Each result is
+appended at once and not repeated. The order of the campaigns covers every cell early. `--write`
+writes the page `laboratories.md` of the docs.
 """
 
 from __future__ import annotations
@@ -40,18 +40,18 @@ SIZES = (0.0, 1.0, 2.0)
 """Noises of the hidden effect; 0: a clean campaign."""
 
 FORM = "hysteresis form"
-"""Shape of what a verdict says where the baseline model has another form of hysteresis."""
+"""Shape in a verdict that reports another form of hysteresis than the baseline model's."""
 
-INTRO = """# Laboratories of other make
+INTRO = """# Independent laboratories
 
-How `diagnose` does where friction follows another law than that of the baseline model: figures of
+Accuracy of `diagnose` if friction follows another law than that of the baseline model: figures of
 `tests/benchmarks/bench_laboratories.py` on campaigns of `tests/rig/laboratory.py`, which shares no
 formula with the library. Laws: Maxwell slip in parallel, Dahl, LuGre, Bouc-Wen, limits that grow
 with the load, one play operator in series, a dead zone with Bouc-Wen friction. Protocols: bench
 loops (20, 8 and 60 runs; strangers: one file a run with a load history before it that was not
 recorded), an arm under gravity with four payloads, the same with encoders of 14 bits, a turntable
-that never stops. The size of an effect is what an ideal refit with the true law leaves of it, over
-the noise of a reading.
+that never stops. The size of an effect is its residual after an ideal refit with the true law,
+relative to the noise of a reading.
 """
 
 
@@ -66,12 +66,12 @@ class Job:
 
     @property
     def key(self) -> tuple[str, str, float, int]:
-        """By what a result is known."""
+        """Key of a result."""
         return self.law, self.protocol, self.noises, self.seed
 
 
 def jobs(each: int, seeds: str, laws: list[str], protocols: list[str]) -> list[Job]:
-    """All campaigns, in an order by chance within every round."""
+    """All campaigns, in random order within every round."""
     out = []
     for number in range(each):
         seed = 2 * number + (seeds == "judge")
@@ -86,7 +86,7 @@ def jobs(each: int, seeds: str, laws: list[str], protocols: list[str]) -> list[J
 
 
 def run(job: Job) -> Record | None:
-    """Write a campaign, read it as a user would and diagnose it; None where nothing is hidden."""
+    """Write a campaign, read it as a user would and diagnose it; None if nothing is hidden."""
     from lostmotion.discover import diagnose
     from lostmotion.drives import read_drive
     from lostmotion.recordings import read_campaign
@@ -128,7 +128,7 @@ def run(job: Job) -> Record | None:
 
 
 def load(file: Path) -> list[Record]:
-    """Results that are there; a line that a stop has cut off does not count."""
+    """Existing results; an incomplete line does not count."""
     out = []
     for line in file.read_text().splitlines() if file.exists() else ():
         try:
@@ -139,7 +139,7 @@ def load(file: Path) -> list[Record]:
 
 
 def work(wanted: list[Job], results: Path, workers: int) -> Iterator[Record]:
-    """Do what is not there yet."""
+    """Compute the missing results."""
     there = {(d["law"], d["protocol"], d["noises"], d["seed"]) for d in load(results)}
     left = [job for job in wanted if job.key not in there]
     with ProcessPoolExecutor(workers) as pool, results.open("a") as out:
@@ -159,12 +159,12 @@ def work(wanted: list[Job], results: Path, workers: int) -> Iterator[Record]:
 
 
 def wrong(done: Record) -> bool:
-    """Whether an effect is named that is not hidden."""
+    """Whether an effect is named that was not hidden."""
     return bool(set(done["named"]) - set(done["truth"]["effects"]))
 
 
 def clean_end(done: Record) -> bool:
-    """Whether nothing is found, or the form of the hysteresis alone."""
+    """Whether nothing is found, or only the form of the hysteresis."""
     if done["verdict"] == "complete":
         return True
     shapes = {what["shape"] for what in done["unexplained"]}
@@ -182,7 +182,7 @@ def right_first(done: Record) -> bool:
 
 
 def told(done: Record) -> str:
-    """What is reported, in a few words."""
+    """Short text of a result."""
     depends = "; ".join(f"{d['covariate']} {d['shape']}" for d in done["unexplained"])
     return f"{done['verdict']} {'+'.join(done['named']) or '-'} [{depends}]"
 

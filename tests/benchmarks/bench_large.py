@@ -4,7 +4,7 @@
 
 Writes a campaign of the rig with as many rows, run by run, into a temporary folder (Parquet, about
 25 bytes a row), diagnoses it through Dask on this machine, and diagnoses a tenth of the rows read
-into memory. Each diagnosis is a process of its own, whose peak memory the system says.
+into memory. Each diagnosis is a separate process, whose peak memory the system reports.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ def sheet(folder: Path, effect: str, sigma: float, seed: int) -> Path:
 
 
 def diagnose(drive: Path, data: Path, *more: str) -> dict[str, object]:
-    """Diagnose in a process of its own."""
+    """Diagnose in a separate process."""
     begin = time.perf_counter()
     words = [sys.executable, "-m", "lostmotion", "diagnose", str(drive), str(data), "--json", "-"]
     code = (

@@ -1,11 +1,11 @@
-"""Whether the evidence of two halves of a campaign, merged, has the verdict of the whole.
+"""Whether the merged evidence of two halves of a campaign has the verdict of the whole.
 
     cd tests
     python benchmarks/bench_merge.py [COUNT]
 
 Campaigns of the own rig, COUNT of them (40): each tenth is clean, the others hide an effect that
 the standard plan shows. The first half of the runs is one campaign and the second another, which
-begins with friction in an unknown state: some effects show in one of them alone.
+begins with friction in an unknown state: some effects appear in only one of them.
 """
 
 from __future__ import annotations
@@ -33,13 +33,13 @@ from lostmotion.recordings import Campaign, read_campaign  # noqa: E402
 FIRST_SEED, DRIVES = 960, 8
 
 SIZE = 0.7
-"""Of a hidden effect, over the noise."""
+"""Size of a hidden effect relative to the noise."""
 
 CLEAN_EVERY = 10
 
 
 def written(number: int, folder: Path) -> tuple[str, Drive, Campaign]:
-    """Make a campaign, and read it as a command does."""
+    """Make a campaign, and read it as the commands do."""
     hidden = {} if number % CLEAN_EVERY == 0 else {SINGLES[number % len(SINGLES)]: SIZE}
     make_campaign(FIRST_SEED + number, number % DRIVES, hidden, "standard").write(
         folder, str(number), None
@@ -50,7 +50,7 @@ def written(number: int, folder: Path) -> tuple[str, Drive, Campaign]:
 
 
 def merged(drive: Drive, data: Campaign) -> dict[str, Any]:
-    """Judge the evidence of both halves."""
+    """Diagnose the evidence of both halves."""
     middle = len(data.runs) // 2
     halves = [Campaign(list(runs)) for runs in (data.runs[:middle], data.runs[middle:])]
     bodies = [gather_body(diagnose(drive, half), library(), drive.ratio) for half in halves]
@@ -58,7 +58,7 @@ def merged(drive: Drive, data: Campaign) -> dict[str, Any]:
 
 
 def line(hidden: str, whole: Diagnosis, parts: dict[str, Any]) -> tuple[bool, str]:
-    """Say both verdicts."""
+    """Return both verdicts."""
     one, other = (whole.verdict, whole.effects), (parts["verdict"], parts["effects"])
     same = one[0] == other[0] and set(one[1]) == set(other[1])
     says = [f"{verdict} {', '.join(effects)}".strip() for verdict, effects in (one, other)]

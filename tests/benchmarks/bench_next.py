@@ -2,10 +2,11 @@
 
     python benchmarks/bench_next.py CAMPAIGNS --results FILE.jsonl [--workers 2]
 
-CAMPAIGNS are those of `judging_suites.py`. What `next` ranks first of the runs that the rig offers
-(`rig/following.py`) is made on the rig with the same specimen, effect, noise and scatter, and so is
-a repeat of a run of the plan; both campaigns are diagnosed again. A campaign counts as resolved
-when the hidden effect is named alone. Results go where those of `bench_diagnosis.py` go.
+CAMPAIGNS are those of `judging_suites.py`. Of the runs that the rig offers (`rig/following.py`),
+the one that `next` ranks first is made on the rig with the same specimen, effect, noise and
+scatter, and so is a repeat of a run of the plan; both campaigns are diagnosed again. A campaign
+counts as resolved if only the hidden effect is named. Results are stored with those of
+`bench_diagnosis.py`.
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ UNDECIDED = ("aliased", "short")
 
 
 def run(truth_file: Path) -> Record:
-    """Diagnose; where the answer is ambiguous, add either run and diagnose again."""
+    """Diagnose; if the answer is ambiguous, add either run and diagnose again."""
     truth, drive, campaign = read(truth_file)
     done: Record = {
         "what": "next",
@@ -94,7 +95,7 @@ def run(truth_file: Path) -> Record:
 
 
 def main() -> int:
-    """Try the campaigns of the plans that leave something open."""
+    """Try the campaigns of the plans that leave effects undecided."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path, nargs="+")
     parser.add_argument("--results", type=Path, required=True)
@@ -102,7 +103,7 @@ def main() -> int:
     parser.add_argument("--suite", nargs="+", default=[(name, None) for name in UNDECIDED])
     arguments = parser.parse_args()
     wanted = dict(s if isinstance(s, tuple) else suite_and_count(s) for s in arguments.suite)
-    # What the diagnosis has already been sure of needs no further run.
+    # A campaign that is already decided needs no further run.
     sure = {
         (d["suite"], d["name"])
         for d in load(arguments.results)

@@ -3,7 +3,7 @@
     python tests/benchmarks/bench_reading.py [MEGABYTES]
 
 The text is clean: commas, a header in the first line. Both read it in turn, in one process, so that
-what else the machine does falls on both.
+other work on the machine affects both.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def write(file: Path, megabytes: float) -> int:
 
 
 def seconds(work: Callable[[], object]) -> float:
-    """Time that work takes."""
+    """Time of a call."""
     begin = time.perf_counter()
     work()
     return time.perf_counter() - begin

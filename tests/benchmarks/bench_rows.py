@@ -2,7 +2,7 @@
 
     python tests/benchmarks/bench_rows.py [DRIVE.toml DATA ...]
 
-The demo's campaign is diagnosed as it is, and with wild values in every column that it needs. Each
+The demo's campaign is diagnosed unchanged, and with outliers in every column that it needs. Each
 further drive file with its recordings is diagnosed as well; columns are read by the drive's map.
 Times are those of all processors, so that other work on the machine counts little.
 """
@@ -24,11 +24,11 @@ WILD = {"torque_Nm": (0.0, 1e5, -40.0), "output_angle_rad": (0.0,), "temperature
 """Values that single samples of a column read."""
 
 EVERY = 1500
-"""Rows from one wild sample to the next."""
+"""Rows between two outliers."""
 
 
 def with_wild_values(folder: Path) -> Path:
-    """Write the demo's campaign with wild values."""
+    """Write the demo's campaign with outliers."""
     import gzip
 
     with gzip.open(DEMO / "joint.csv.gz", "rt") as file:
@@ -58,7 +58,7 @@ def measure(name: str, sheet: Path, recordings: list[Path]) -> float:
 
 
 def main(words: list[str]) -> None:
-    """Measure all, and state what a row costs against the demo's."""
+    """Measure all, and print the cost of a row relative to the demo's."""
     print("campaign                   rows runs  wild  ms/row rungs  verdict")
     demo = measure("demo", DEMO / "joint.toml", [DEMO / "joint.csv.gz"])
     with tempfile.TemporaryDirectory() as folder:

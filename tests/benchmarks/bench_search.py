@@ -4,11 +4,11 @@ Every method gets the same evaluator, with the same sampled drives and all limit
 number of evaluations; the seed is that of the method alone. NSGA-II and differential evolution call
 the evaluator once for each. The search counts a plain evaluation as one, as it counts every point
 that it screens, breeds or tries; a gradient counts as ``lm_slope_charge`` plain ones (8 for up to
-eight variables beside the tolerance grades), and sixteen examines other tolerances of a design that
-was evaluated count as one; ``bench_search_cost.py`` measures what each takes.
-Arithmetic without the model is free for all. The verification that follows the budget is left out
-for ours, so no method has its result polished. Every feasible point that a method evaluates counts
-for its front, so nothing depends on how a method reports.
+eight variables beside the tolerance grades), and sixteen evaluations of other tolerances of an
+evaluated design count as one; ``bench_search_cost.py`` measures the time of each. Arithmetic
+without the model is free for all. The search's verification after the budget is left out, so no
+method has its result refined. Every feasible point that a method evaluates counts for its front, so
+nothing depends on how a method reports.
 
     pip install ./bindings/python[benchmark]
     python tests/benchmarks/bench_search.py [BUILD] [--seeds N] [--first-seed N]
@@ -21,7 +21,8 @@ objectives, or of all. Prints one table a spec and problem.
 Hypervolume: each objective runs from 0 at the best to 1 at the worst value on the front of all
 points of all methods, seeds and budgets of the call; the corner is 1.1. *all together* is the
 hypervolume of that front: no method can have more, so its ratio bounds what any could reach.
-The line below a table is the unit: a front that one design stretches separates little.
+The line below a table states the range of each objective: if one design extends the front far, the
+hypervolumes differ little.
 """
 
 from __future__ import annotations
@@ -92,7 +93,7 @@ class Layout(c.Structure):
 
 
 class Progress(c.Structure):
-    """`lm_progress` up to what is charged."""
+    """First fields of `lm_progress`, up to the charged evaluations."""
 
     _fields_ = [
         ("stage", c.c_int),
@@ -132,7 +133,7 @@ def load(build: Path, *more: str) -> c.CDLL:
 
 
 class Problem:
-    """A spec as every method sees it: unit variables, then one for each choice."""
+    """A spec as every method sees it: variables in the unit interval, then one for each choice."""
 
     def __init__(self, lib: c.CDLL, text: str) -> None:
         self.lib = lib
@@ -186,7 +187,7 @@ class Problem:
     def judge(self, combination: int, unit: c.Array[c.c_double]) -> tuple[Vector, Vector]:
         """Objectives and limits (g <= 0) of a design.
 
-        The limits: the single ones, the worst gap, one for each limited figure.
+        The limits: the single ones, the smallest gap, one for each limited figure.
         """
         self.evaluations += 1
         status = self.lib.lm_evaluate_point(
@@ -211,9 +212,9 @@ class Problem:
 
 
 def non_dominated(points: list[Vector]) -> Vector:
-    """Points than which no other is as good in every objective, in rising order.
+    """Points that no other point dominates, in rising order.
 
-    To 1e-9 of each unit, as the search counts: a kinematic error of 1e-12 arcsec is rounding.
+    To 1e-9 of each unit, as in the search: a kinematic error of 1e-12 arcsec is rounding.
     """
     every = np.unique(np.round(np.array(points), 9), axis=0)
     kept = np.empty_like(every)
@@ -226,7 +227,7 @@ def non_dominated(points: list[Vector]) -> Vector:
 
 
 def hypervolume(points: list[Vector], front: Vector) -> float:
-    """Volume that points dominate, with the ends of a front as unit and 1.1 as corner."""
+    """Volume that points dominate, relative to the ends of a front and with the corner at 1.1."""
     from pymoo.indicators.hv import HV
 
     if not points:
@@ -246,20 +247,20 @@ def read_spec(name: str) -> str:
 
 
 def keep_objectives(text: str, count: int) -> str:
-    """Return a spec's text with the first objectives alone."""
+    """Return a spec's text with only the first objectives."""
     lines = text.splitlines()
     dropped = [line for line in lines if line.startswith("objective")][count:]
     return "\n".join(line for line in lines if line not in dropped)
 
 
 def restate(text: str, **numbers: int) -> str:
-    """Return a spec's text with other numbers: of evaluations, of the seed."""
+    """Return a spec's text with another number of evaluations and another seed."""
     kept = [w for w in text.splitlines() if not w.startswith(tuple(numbers))]
     return "\n".join([*kept, *(f"{key} {value}" for key, value in numbers.items())])
 
 
 class Search:
-    """Ours on a problem with so many threads, opened and closed by ``with``."""
+    """The library's search of a problem with some threads, as a context manager."""
 
     def __init__(self, problem: Problem, workers: int) -> None:
         self.problem, self.workers, self.lib = problem, workers, problem.lib
@@ -277,9 +278,9 @@ class Search:
     def run(
         self, clock: Callable[[], float] | None = None, verify: bool = False
     ) -> list[list[float]]:
-        """Work up to the verification, which no budget is charged with, or to its end.
+        """Search up to the verification, which is not charged to the budget, or to its end.
 
-        With a clock: what each task of each batch took by it, right on one thread.
+        With a clock: returns the time of each task of each batch, valid for one thread.
         """
         lib, search, tasks = self.lib, self.search, c.c_void_p()
         taken: list[list[float]] = []
@@ -310,14 +311,14 @@ class Search:
 
 
 def run_delivered(lib: c.CDLL, text: str, evaluations: int, seed: int) -> list[Vector]:
-    """Run ours to its end: the verified front that a user is given."""
+    """Run the library's search to its end: the verified front that a user gets."""
     return run_search(lib, text, evaluations, seed, verify=True)
 
 
 def run_search(
     lib: c.CDLL, text: str, evaluations: int, seed: int, verify: bool = False
 ) -> list[Vector]:
-    """Run ours on one thread, without the verification or with it."""
+    """Run the library's search on one thread, with or without the verification."""
     problem = Problem(lib, restate(text, evaluations=evaluations))
     lib.set_search_seed(problem.memory, seed)
     with Search(problem, workers=1) as search:
@@ -391,7 +392,7 @@ Runs = dict[str, list[list[Vector]]]
 def run_all(
     lib: c.CDLL, text: str, evaluations: int, seeds: range
 ) -> tuple[Runs, dict[str, float]]:
-    """Points that each method finds with each seed, and its processor time of one run."""
+    """Points that each method finds with each seed, and the processor time of one run."""
     runs: Runs = {}
     seconds = {}
     for name, method in METHODS.items():

@@ -8,16 +8,16 @@ row a spec, in about a minute:
 
 - *model*: CPU time of one plain evaluation; *gradient*: of one with all derivatives, in plain ones;
   *look*: of the same design with other tolerances, in plain ones.
-- *overhead*: CPU time of a whole search on one thread less that within the model, for each
-  evaluation; a look counts as what it is charged. The linker puts a clock around the functions that
-  evaluate; what the clock itself takes is measured with an empty model and taken off.
-- *two cores*: wall time on one thread over that on two, one after the other in pairs; the median of
-  the pairs and the best one. Only an idle machine with two cores shows what the search can do:
-  *machine* is how much more two processes that share nothing got done than one, *busy* its load.
-- *tasks*: the same from the CPU time of each task on one thread: the sum of all over what two
-  threads need that take the tasks of a batch in their order and wait for each other at its end.
-  Depends on nothing that runs beside. *CPU* is the best CPU time on one thread over that on two:
-  what threads lose by sharing memory.
+- *overhead*: CPU time of a whole search on one thread minus that within the model, for each
+evaluation; a look counts as it is charged. The linker puts a clock around the functions that
+evaluate; the time of the clock itself is measured with an empty model and subtracted.
+- *two cores*: ratio of the wall times on one thread and on two, measured in pairs; the median of
+the pairs and the best one. Only an idle machine with two cores shows the full ratio: *machine* is
+the throughput of two independent processes relative to one, *busy* the load of the machine.
+- *tasks*: the same from the CPU time of each task on one thread: the sum of all relative to the
+time of two threads that process the tasks of a batch in order and wait for each other at its end.
+It does not depend on other processes. *CPU* is the ratio of the best CPU times on one thread and on
+two: the loss by shared memory.
 
 Each other figure is the best of the repeats.
 """
@@ -103,7 +103,7 @@ CLOCKED(lm_evaluate_tolerances, 1.0 / LM_LOOKS_CHARGED,
          double result[], lm_workspace *w, lm_fault *f),
         (p, l, combination, unit, result, w, f))
 """
-"""Right for one thread alone."""
+"""Valid for one thread only."""
 HEAD = """\
 | spec | model, µs | gradient, plain ones | look, plain ones | overhead, µs | two cores | best \
 | machine | tasks | CPU | busy |
@@ -172,7 +172,7 @@ def load_clocked(build: Path) -> c.CDLL:
 
 
 def time_overhead(lib: c.CDLL, text: str, budget: int) -> float:
-    """CPU seconds beside the model, for each evaluation, without the clock's own."""
+    """CPU seconds outside the model for each evaluation, without the clock's own time."""
     lib.start_clock()
     _, cpu = time_search(lib, text, budget, 1)
     clock = lib.clock_seconds(CLOCK_PAIRS) * lib.model_calls()
@@ -182,7 +182,7 @@ def time_overhead(lib: c.CDLL, text: str, budget: int) -> float:
 def compare_threads(
     lib: c.CDLL, text: str, evaluations: int, repeats: int
 ) -> tuple[float, float, float]:
-    """How often faster two threads are than one: median pair, best pair, and that of CPU times."""
+    """Speed of two threads relative to one: median pair, best pair, and ratio of CPU times."""
     times = np.array(
         [
             [time_search(lib, text, evaluations, workers) for workers in (1, 2)]
@@ -195,7 +195,7 @@ def compare_threads(
 
 
 def try_machine() -> float:
-    """How much more two processes at once get done than one."""
+    """Throughput of two simultaneous processes relative to one."""
     busy = [sys.executable, "-c", "sum(range(30_000_000))"]
 
     def time_processes(count: int) -> float:
@@ -208,7 +208,7 @@ def try_machine() -> float:
 
 
 def share_tasks(lib: c.CDLL, text: str, evaluations: int) -> float:
-    """How often faster two threads are than one when nothing but the tasks takes time."""
+    """Speed of two threads relative to one if only the tasks take time."""
     with Search(Problem(lib, restate(text, evaluations=evaluations)), 1) as search:
         batches = search.run(time.process_time)
     shared = 0.0

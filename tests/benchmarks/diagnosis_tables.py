@@ -51,7 +51,7 @@ def page(rows: list[Record]) -> str:
     """The whole page as Markdown."""
     diagnosed = [done for done in rows if done["what"] == "diagnosis"]
     there = {(done["suite"], done["name"]) for done in diagnosed}
-    # What was diagnosed on the way to a next run counts too.
+    # The first diagnoses of the campaigns with a next run count too.
     diagnosed += [
         done
         for done in rows
@@ -134,12 +134,12 @@ def of(rows: list[Record], kind: str, how: str = "standard") -> list[Record]:
 
 
 def rights(rows: list[Record]) -> int:
-    """How many answers are what was requested."""
+    """How many answers are as required."""
     return sum(good(done["truth"], done["judged"]) for done in rows)
 
 
 def headline(rows: list[Record]) -> list[str]:
-    """The shares that the project set itself, and what it reached."""
+    """The required shares, and those that were reached."""
     single, pair = of(rows, "single"), of(rows, "pair")
     scattered = "3 times the scatter"
     lines: list[tuple[str, str, str]] = []
@@ -212,7 +212,7 @@ def first_named(done: Record) -> str:
 
 
 def verdict_of(done: Record) -> str:
-    """The verdict; `complete` where it states that nothing is missing."""
+    """The verdict; `complete` if it states that nothing is missing."""
     return str(done["answer"]["verdict"])
 
 
@@ -307,7 +307,7 @@ def falling_off(rows: list[Record]) -> list[str]:
 
 
 def rivals(tried: list[Record], rows: list[Record]) -> list[str]:
-    """What other tools claim first, beside ours."""
+    """First claims of other tools, compared with those of `diagnose`."""
     from baselines import claim, wanted_columns
 
     from lostmotion.effects.library import library

@@ -2,10 +2,9 @@
 
     python benchmarks/judging_suites.py DIR [--seeds develop --share 0.1]
 
-Every suite is what `python -m rig suite` writes into its folder of DIR with the options that the
-table says. The degraded ones take seeds of the standard ones again, so that a campaign and its
-spoilt copy differ by the spoiling alone. Confounded effects are not looked for: naming one counts
-as wrong.
+`python -m rig suite` writes every suite into its folder of DIR with the options in the table. The
+degraded suites repeat seeds of the standard ones, so that a campaign and its degraded copy differ
+only by the condition. Confounded effects are not searched for: naming one counts as wrong.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ from rig.campaign import Conditions
 from rig.suites import write_suite
 
 SEEN = {"single": 4286, "clean": 2950, "outside": 1198, "pair": 1230, "aliased": 1079}
-"""Judging seeds of every kind that earlier versions were judged with."""
+"""Evaluation seeds of every kind that earlier versions were evaluated with."""
 
 LOST_COUNTS = 20
 """Encoder counts of 0.3 arcsec that are lost at one moment."""
@@ -38,7 +37,7 @@ class Suite:
     kind: str
     count: int
     after: int = 0
-    """Seeds that are passed over, beside those that were seen before."""
+    """Seeds that are skipped, in addition to those used before."""
     every: int = 1
     conditions: dict[str, Any] = field(default_factory=dict)
     more: dict[str, Any] = field(default_factory=dict)
@@ -58,7 +57,7 @@ SPOILT: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
 """Conditions and options of the rig for every way in which a campaign is worse than standard."""
 
 UNDECIDED = ("thermal_gap", "wear", "viscous_friction", "stribeck_friction")
-"""Effects that the short plan leaves open in pairs."""
+"""Effects of which the short plan leaves pairs undecided."""
 
 SUITES = {
     "clean": Suite("clean", 100),
@@ -78,7 +77,8 @@ SUITES = {
         if name not in ("half", "scatter")
     },
 }
-# One of eight would depend on a column that is left out: one by one it is three.
+# With every eighth seed, one effect would depend on a column that is left out; with every seed,
+# three do.
 SUITES["single_columns"] = Suite(
     "single", 8, after=6, conditions=SPOILT["columns"][0], more=SPOILT["columns"][1]
 )
@@ -104,14 +104,14 @@ def write(name: str, folder: Path, seeds: str, share: float) -> str:
 
 
 def missing(folder: Path) -> Iterator[str]:
-    """Suites that are not there yet."""
+    """Suites that do not exist yet."""
     for name in SUITES:
         if not (folder / name / "suite.json").exists():
             yield name
 
 
 def main() -> int:
-    """Write what is missing."""
+    """Write the missing suites."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--seeds", choices=("develop", "judge"), default="judge")

@@ -1,6 +1,6 @@
 """One complete evaluation of a strain-wave drive design in NumPy and SciPy, following the theory.
 
-It is what an engineer writes who takes the algorithms as they stand and writes them well: a table
+It is what an engineer writes who uses the published algorithms and programs them well: a table
 of the neutral line, for each tooth flank a grid of common radii with the points in arrays, for each
 torque a root finder around the contact forces by non-negative least squares. bench_design.py
 compares its time with the library's; test_plain_numpy.py its numbers.
@@ -30,7 +30,7 @@ GRID_POINTS = 400
 PHASES = 8
 TOOTH_POINTS = 201
 ROTATION_TOLERANCE = 1e-11
-"""Of the root finder, rad: 3e-8 arcmin."""
+"""Tolerance of the root finder, rad: 3e-8 arcmin."""
 
 TIP_THICKNESS = 0.25
 RADIAL_CLEARANCE = 0.15
@@ -216,7 +216,7 @@ def place(line: NeutralLine, angle: float) -> tuple[float, float, float]:
 
 @dataclass(frozen=True)
 class Gap:
-    """Gap of one flank of one tooth, where it touches and how the flank leans there."""
+    """Gap of one flank of one tooth, its radius of contact and the flank angle there."""
 
     gap: float
     radius: float
@@ -278,7 +278,7 @@ def clearances(
 
 
 def tooth_give(design: Design, r: Mapping[str, float], gear: str, loaded: float) -> float:
-    """Give of one tooth along the force: equation (6) and its tilt in the rim, mm/N."""
+    """Compliance of one tooth along the force: equation (6) and its tilt in the rim, mm/N."""
     teeth = getattr(design, f"{gear}_teeth")
     shift = getattr(design, f"{gear}_shift")
     inward = (gear == "rigid") != design.external
@@ -428,7 +428,7 @@ def radial_gap(design: Design, r_mean: float, tangent: float, torques: Array) ->
 
 
 def check_design(design: Design, r: Mapping[str, float], smallest: float) -> dict[str, float]:
-    """Margin of every check of a design, by the library's names."""
+    """Margin of every check of a design, under the library's names."""
     m, w0 = design.module, design.deflection
     across = abs(float(wave(design, np.array([np.pi / 2]))[0][0])) * w0
     inner, outer = ("rigid", "flexspline") if design.external else ("flexspline", "rigid")

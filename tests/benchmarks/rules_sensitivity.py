@@ -4,12 +4,12 @@
     python benchmarks/judging_suites.py CAMPAIGNS --seeds develop --share 0.1
     python benchmarks/rules_sensitivity.py CAMPAIGNS --results FILE.jsonl [--campaigns 200]
 
-Every campaign is diagnosed with the rules as they stand, which also tells what rules were examined
-at all: one that a campaign does not look at cannot move its verdict, and is not tried on it. A
-verdict has moved where the word, the named effects, the runs of sudden events or what an
-unexplained rest depends on have. Whole numbers change by one at least. A result is appended to
-FILE.jsonl as soon as it is there, and what is there already is not done again. Rules that move none
-of 200 can go: the table names them last.
+Every campaign is diagnosed with the unchanged rules, which also shows which rules it uses: a rule
+that a campaign does not use cannot change its verdict, and is not tried on it. A verdict has
+changed if the word, the named effects, the runs of sudden events or the column of an unexplained
+residual have. Integers change by at least one. Each result is appended to FILE.jsonl at once, and
+existing results are not repeated. Rules that change none of 200 verdicts can be removed: the table
+lists them last.
 """
 
 from __future__ import annotations
@@ -41,14 +41,14 @@ NAMES = tuple(name for name in vars(rules) if name.isupper())
 
 
 LOOKED_AT: set[str] = set()
-"""Rules that the diagnosis under way has examined."""
+"""Rules that the current diagnosis has used."""
 
 
 class Watched(ModuleType):
-    """A module that notes which of its rules are examined."""
+    """A module that records which of its rules are used."""
 
     def __getattribute__(self, name: str) -> Any:
-        """Give an attribute, and note it."""
+        """Return an attribute, and record it."""
         if name.isupper():
             LOOKED_AT.add(name)
         return super().__getattribute__(name)
@@ -63,7 +63,7 @@ def changed(value: float, share: float) -> float:
 
 
 def signature(answer: dict[str, Any]) -> list[Any]:
-    """What counts as the verdict of an answer."""
+    """The parts of an answer that count as its verdict."""
     rest = answer["unexplained"] or {"depends_on": []}
     return [
         answer["verdict"],
@@ -98,7 +98,7 @@ def run(truth_file: Path, rule: str = "", share: float = 0.0) -> Record:
 
 
 def trials(found: Record, wanted: Iterable[str]) -> Iterator[tuple[str, float]]:
-    """Rules to be changed on a campaign, and the share: those that it examines."""
+    """Rules to be changed on a campaign, those that it uses, and the share."""
     for name in wanted:
         for share in (-CHANGE, CHANGE):
             if name in found["looked_at"] and changed(getattr(rules, name), share) != getattr(
@@ -108,7 +108,7 @@ def trials(found: Record, wanted: Iterable[str]) -> Iterator[tuple[str, float]]:
 
 
 def table(records: Iterable[Record]) -> str:
-    """Rules, how many verdicts each moves, and how many answers it makes good or spoils."""
+    """Rules, how many verdicts each changes, and how many answers it corrects or makes wrong."""
     plain: dict[str, Record] = {}
     changes: dict[str, list[Record]] = defaultdict(list)
     for record in records:
@@ -143,7 +143,7 @@ def table(records: Iterable[Record]) -> str:
 
 
 def tried(name: str, plain: dict[str, Record]) -> bool:
-    """Whether any campaign examines a rule, so that it has to be tried."""
+    """Whether any campaign uses a rule, so that it has to be tried."""
     return any(name in record["looked_at"] for record in plain.values())
 
 

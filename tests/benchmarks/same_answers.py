@@ -1,4 +1,4 @@
-"""Whether two checkouts give the same answers, to the last digit.
+"""Whether two checkouts give the same answers to the last digit.
 
     python tests/benchmarks/same_answers.py BEFORE AFTER [--rig FOLDER] [--own N] [--no-designs]
 
@@ -28,7 +28,7 @@ from typing import Any
 TESTS = Path(__file__).resolve().parents[1]
 
 EVALUATIONS = 500
-"""Of the search of a spec: every stage is reached."""
+"""Evaluations of the search of a spec: every stage is reached."""
 
 OWN: list[tuple[str, list[str], int, int, str]] = [
     ("own_clean", [], 901, 0, "third"),
@@ -52,23 +52,21 @@ OWN: list[tuple[str, list[str], int, int, str]] = [
     ("own_output_tilt", ["output_tilt"], 919, 2, "third"),
     ("own_thermal_stiffness", ["thermal_stiffness"], 920, 3, "third"),
 ]
-"""Name, what is hidden, seed, drive and plan of a campaign of the own rig."""
+"""Name, hidden effects, seed, drive and plan of a campaign of the rig."""
 
 MERGED: list[tuple[str, int, int]] = [("thermal_gap", 931, 2), ("kinematic_error", 933, 1)]
-"""What is hidden, first seed and drive of two campaigns whose evidence is merged."""
+"""Hidden effects, first seed and drive of two campaigns whose evidence is merged."""
 
 OTHERWISE = "creep"
-"""Effect that is fitted where the diagnosis names none."""
+"""Effect that is fitted if the diagnosis names none."""
 
 
 @dataclass
 class Case:
-    """Files, and what is asked of them.
-
-    Attributes
+    """Files, and the commands that read them. Attributes
     ----------
     kind : str
-        Of what is asked: `single`, `merge`, `drive` or `spec`.
+        Of the commands: `single`, `merge`, `drive` or `spec`.
     """
 
     name: str
@@ -97,7 +95,7 @@ def own_cases(folder: Path, count: int) -> Iterator[Case]:
 
 
 def rig_cases(folder: Path) -> Iterator[Case]:
-    """Campaigns that are in a folder."""
+    """Campaigns in a folder."""
     for drive in sorted(folder.glob("*.toml")):
         yield Case(f"rig_{drive.stem}", drive, [drive.with_suffix(".csv.gz")])
 
@@ -116,7 +114,7 @@ def design_cases(folder: Path) -> Iterator[Case]:
 
 
 def answer(case: Case, program: Path, folder: Path) -> None:
-    """Run every command of a case in a folder; what they write and print stays there."""
+    """Run every command of a case in a folder, which keeps what they write and print."""
     folder.mkdir(parents=True)
     shutil.copy(case.drive, folder / "drive.toml")
     files = [f"data{k}.csv.gz" for k in range(len(case.data))]
@@ -157,12 +155,12 @@ def answer(case: Case, program: Path, folder: Path) -> None:
         run("next", "next", "drive.toml", *files, "--plan", *files)
     for name in ["drive.toml", *files]:
         (folder / name).unlink()
-    for evidence in folder.glob("*.npz"):  # their bytes hold times; what they say is in `merge`
+    for evidence in folder.glob("*.npz"):  # its bytes contain times; `merge` shows the rest
         evidence.unlink()
 
 
 def answers_of(source: Path, cases: list[Case], folder: Path) -> Path:
-    """Folder with the answers of a checkout; one that holds answers already is taken as it is."""
+    """Folder with the answers of a checkout; a folder that has answers is used unchanged."""
     program = (source / ".venv" / "bin" / "lostmotion").absolute()
     if not program.exists():
         return source
@@ -196,7 +194,7 @@ def differences(before: Path, after: Path, cases: list[Case]) -> list[str]:
 
 
 def first_difference(one: Path, other: Path) -> str:
-    """Describe where two files part."""
+    """Describe the first difference of two files."""
     if one.suffix == ".json":
         where = different_key(json.loads(one.read_text()), json.loads(other.read_text()))
         return where or "the order of its keys"
@@ -208,7 +206,7 @@ def first_difference(one: Path, other: Path) -> str:
 
 
 def different_key(a: Any, b: Any, at: str = "") -> str:
-    """Path of the first value that differs, with both; keys that one alone has come last."""
+    """Path of the first value that differs, with both values; keys that only one has are last."""
     lacking = ""
     if isinstance(a, dict) and isinstance(b, dict):
         parts = [(f"{at}.{key}", a[key], b[key]) for key in a if key in b]

@@ -24,11 +24,11 @@ DRIVES = Path(__file__).parents[1] / "data" / "drives"
 
 SUPPORT = {"foundation_N_per_mm2": 2600.0, "ring_stiffness_N_mm2": 350000.0}
 """Foundation and ring as published for reference design A. Both NumPy versions have a foundation
-that is equal under all teeth, so a drive that leaves it out gets this one in all three."""
+that is equal under all teeth, so a drive without one gets this one in all three."""
 
 
 def read_design(name: str) -> Design:
-    """Read a designed drive of the tests, its support stated."""
+    """Read a designed drive of the tests, with its support stated."""
     document = tomllib.loads((DRIVES / f"{name}.toml").read_text(encoding="utf-8"))
     document["design"].setdefault("support", SUPPORT)
     design = parse_drive(document, name).design
@@ -47,7 +47,7 @@ def generator_name(drive: Any) -> str:
 
 
 def plain_design(drive: Any, core: Core) -> plain_numpy.Design:
-    """Give the numbers of a drive to plain_numpy."""
+    """Return a drive as plain_numpy takes it."""
     teeth, steel, support = drive.teeth, drive.material, drive.support
     if support.tooth_compliance_mm_per_N > 0 or drive.axial_sections > 1:
         raise ValueError("plain_numpy is planar and computes the compliance of the teeth")
@@ -98,7 +98,7 @@ def plain_design(drive: Any, core: Core) -> plain_numpy.Design:
 
 
 def tuned_design(drive: Any, core: Core) -> dict[str, Any]:
-    """Give the numbers of a drive to tuned_numpy.
+    """Return a drive as tuned_numpy takes it.
 
     The clearances are the same; the rest differs a little: tuned_numpy has plane stress in the
     teeth, another mean flank angle and radius, and counts gaps from zero to the gap limit.

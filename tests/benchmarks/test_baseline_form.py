@@ -56,7 +56,7 @@ def test_an_effect_that_the_form_holds_is_not_named_beside_it(tmp_path: Path) ->
 
 
 def test_runs_that_are_predicted_have_no_part_in_the_fit(tmp_path: Path) -> None:
-    """Whatever the runs beyond them hold, the forms are fitted to the same numbers."""
+    """Further runs do not change the numbers that the forms are fitted to."""
     base, _ = fitted("load", "8 runs", tmp_path)
     rows = base.conditions.run_of < 6
     spoilt = base.copy()
@@ -79,6 +79,6 @@ def test_a_form_that_is_asked_for_is_used(tmp_path: Path) -> None:
 def test_a_run_of_a_session_of_its_own_is_predicted_from_where_its_operators_stood(
     tmp_path: Path,
 ) -> None:
-    """Left out, a file keeps its start state as it keeps its offset: neither is the drive's."""
+    """A file that is left out keeps its start state and offset: neither belongs to the drive."""
     base, noise = fitted("maxwell", "strangers", tmp_path)
     assert np.sqrt(tried(base, refits=True).mean_square) < 1.2 * noise

@@ -151,7 +151,7 @@ def note(file: Path) -> dict[str, Any]:
 
 
 def fail(file: Path) -> dict[str, Any]:
-    """What must not be called again."""
+    """A function that must not be called again."""
     raise AssertionError(file)
 
 
@@ -178,7 +178,7 @@ def test_results_outlive_a_stop_and_are_not_made_again(campaigns: Path) -> None:
     files = in_turn([campaigns], {})
     first = list(work(note, "diagnosis", files[:4], results, 1))
     with results.open("a") as out:
-        out.write(json.dumps(first[0])[:40])  # a line that a stop has cut off
+        out.write(json.dumps(first[0])[:40])  # an incomplete line
     assert [key(done) for done in load(results)] == [key(done) for done in first]
     assert not list(work(fail, "diagnosis", files[:4], results, 1))
     assert len(list(work(note, "diagnosis", files, results, 1))) == len(files) - 4

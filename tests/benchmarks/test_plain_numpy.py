@@ -65,23 +65,23 @@ def test_plain_numpy_agrees_with_the_library(name):
             assert np.array_equal(both, np.isfinite(mine))
             assert mine[both] == pytest.approx(gap[both], abs=GAP_TOLERANCE)
             where = np.array([tooth[column].radius for tooth in teeth])
-            # Where both ends of the flank are nearly as close, either may be named.
+            # If both ends of the flank are nearly equally close, either may be named.
             assert np.mean(np.abs(where[both] - radius[both]) < 0.01) > 0.95
 
     curve = model.torsion_curve(torque)
     assert found["total"] == pytest.approx(np.asarray(curve.total_rad), abs=ANGLE_TOLERANCE)
-    # How a preloaded mesh shares the angle is a matter of definition.
+    # The shares of the angle of a preloaded mesh are a definition.
     if model.mesh_state()["preloaded_pairs"] == 0:
         for part, values in curve.parts_rad.items():
             assert found[part] == pytest.approx(np.asarray(values), abs=ANGLE_TOLERANCE)
 
-    # The checks of load capacity, at the end of the list, are the library's alone.
+    # Only the library has the checks of load capacity at the end of the list.
     checks = model.checks()[: CORE.lib.LM_CHECK_FLANK_PRESSURE]
     assert {check.name for check in checks} == set(found["checks"])
     for check in checks:
         mine = found["checks"][check.name]
         if check.name == "smallest_gap":
-            # The library examines more phases and between them, so it may find a little less.
+            # The library examines more phases, so it may find a slightly smaller gap.
             assert check.margin <= mine + GAP_TOLERANCE
             assert check.margin == pytest.approx(mine, abs=0.02 * ARCMIN)
         else:
@@ -99,7 +99,7 @@ def test_tuned_numpy_does_the_same_work(name):
     both = np.isfinite(table.forward_rad)
     gaps = tuned["clearances"]["gap"][middle]
     assert gaps[both] == pytest.approx(table.forward_rad[both], abs=1e-4 * ARCMIN)
-    # Its teeth are in plane stress and it ends its list of pairs elsewhere: one percent.
+    # Its teeth are in plane stress and its list of pairs has another limit: one percent.
     curve = tuned["characteristic"]
     total = model.torsion_curve(curve["torque_Nm"]).total_rad
     assert curve["total"] == pytest.approx(np.asarray(total), rel=0.015, abs=1e-9)

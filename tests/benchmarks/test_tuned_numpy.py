@@ -188,7 +188,7 @@ def test_smallest_gap_of_a_section(factor, printed):
     geo, _ = line_of(tn.REFERENCE_A)
     line = tn.neutral_line(geo["kind"], geo["beta"], geo["r_m"], factor * geo["deflection"])
     # The inner sections touch steeply near 53 deg: the table is a scan in steps of 0.25 deg, and
-    # tooth phases, which straddle that place otherwise, find up to 0.05 arcmin less.
+    # the tooth phases, which are at other angles, find up to 0.05 arcmin less.
     phi = np.radians(np.linspace(-60, 60, 481))
     smallest = tn.clearances(geo, line, phi)["gap"].min() / ARCMIN
     assert smallest == pytest.approx(printed, abs=0.0051)

@@ -1,8 +1,8 @@
 """One complete evaluation of a strain-wave drive design in NumPy and SciPy, tuned for speed.
 
-It is how fast the evaluation gets without a compiler: arrays run over all teeth, phases and flank
-points at once, the take-up is followed from event to event, symmetry halves the work. plain_numpy
-is the same evaluation written as the theory prescribes.
+It shows the speed that is possible without a compiler: arrays over all teeth, phases and flank
+points at once, the take-up from event to event, symmetry halves the work. plain_numpy is the same
+evaluation written as the theory prescribes.
 
 Lengths are in mm, forces in N, angles in rad and torques in N·mm inside; the keys of a design and
 of a result carry their unit. Angles are measured from the deformation axis: the major axis of an

@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 SECONDS = 1.0
-"""How far a sudden event may be placed from where it was."""
+"""Permitted error of the position of a sudden event."""
 
 
 def kind_of(truth: dict[str, Any]) -> str:
-    """Which kind of campaign it is."""
+    """Kind of the campaign."""
     hidden = list(truth["effects"])
     if not hidden:
         return "clean"
@@ -21,7 +21,7 @@ def kind_of(truth: dict[str, Any]) -> str:
 
 
 def judge(truth: dict[str, Any], found: dict[str, Any]) -> str:
-    """What the answer is, in a few words; `right` when it is what was requested."""
+    """Class of the answer in a few words; `right` if it is as required."""
     return {
         "clean": _clean,
         "outside": _outside,
@@ -66,7 +66,7 @@ def _single(truth: dict[str, Any], found: dict[str, Any]) -> str:
     (hidden,) = truth["effects"]
     verdict, named = found["verdict"], found["effects"]
     if hangs_on_nothing(truth):
-        # Its column is not there: nobody can name it, and nothing else is to be named for it.
+        # Without its column it cannot be named, and nothing else may be named in its place.
         if verdict in truth["verdicts"]:
             return "right" if not named or verdict == "ambiguous" else "another beside the unknown"
         return "none" if verdict == "complete" else "wrong"
@@ -88,7 +88,7 @@ def _single(truth: dict[str, Any], found: dict[str, Any]) -> str:
 
 
 def placed(truth: dict[str, Any], found: dict[str, Any]) -> bool:
-    """Whether every sudden event was located: its run, and its second."""
+    """Whether every sudden event was located by run and second."""
     return all(
         any(
             str(e["run"]) == str(event["run"]) and abs(e["time_s"] - event["time_s"]) <= SECONDS
@@ -99,7 +99,7 @@ def placed(truth: dict[str, Any], found: dict[str, Any]) -> bool:
 
 
 def nothing_left(truth: dict[str, Any], found: dict[str, Any]) -> bool:
-    """Whether nothing but true events is left over beside what is named."""
+    """Whether the named effects leave only true events unexplained."""
     if found["verdict"] != "unexplained":
         return True
     shapes = [d for d in found["unexplained"]["depends_on"] if not d["shape"].startswith("step of")]
@@ -112,7 +112,7 @@ def hangs_on_nothing(truth: dict[str, Any]) -> bool:
 
 
 def good(truth: dict[str, Any], judged: str) -> bool:
-    """Whether the answer is what was requested."""
+    """Whether the answer is as required."""
     asked = {
         "single": ("right", "first, with others", "first, something left over"),
         "pair": ("right", "both named, something left over"),
@@ -129,7 +129,7 @@ def wrong_alone(truth: dict[str, Any], found: dict[str, Any]) -> bool:
 
 
 def condition(truth: dict[str, Any]) -> str:
-    """In a few words how a campaign differs from the standard one."""
+    """Difference of a campaign from the standard one in a few words."""
     c = truth["conditions"]
     words = []
     if c["noise"] != 1:
