@@ -1,9 +1,9 @@
 """A drive under a test plan, with and without hidden effects, and the residual after a refit.
 
-The residual of an effect is what an ideal refit of the drive without the effect leaves of it. Such
-a refit knows the rig's own mechanics and frees what `mechanics.SCALES` lists (stiffness of mesh,
+The residual of an effect is what remains after an ideal refit of the drive without the effect. Such
+a refit knows the rig's own mechanics and fits what `mechanics.SCALES` lists (stiffness of mesh,
 radial parts and torsion, gaps of teeth, radial gap and its knee, limits and wind-up of the
-friction) for the whole campaign, and the zero of each run. It is made on the torque as recorded.
+friction) for the whole campaign, and the zero of each run. It uses the recorded torque.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ COLOUR = 0.85
 TANGENT_STEP = 0.01
 SCALE_PRIOR = 0.5
 SCALE_GAIN_ARCSEC = 0.05
-"""A refit does not change a scale by the one to win less than the other: stiffness can
-wander between mesh, radial parts and torsion with next to no change of the lost motion."""
+"""A refit changes a scale by the first only if the gain is more than the second: stiffness can
+move between mesh, radial parts and torsion with hardly any change of the lost motion."""
 REFIT_STEPS = 16
 SEARCH_STEPS = 16
 THINNING = 5
@@ -48,27 +48,27 @@ CACHED = ("torque_Nm", "_starts", "plain", "tangents", "scatter_tangents", "_wei
 
 
 class TooSmallError(ValueError):
-    """No plausible magnitude leaves the wanted residual."""
+    """No plausible magnitude leaves the required residual."""
 
 
 def stream(seed: int, name: str) -> np.random.Generator:
-    """Return chance for one purpose: the same seed deals the same noise to every effect."""
+    """Return a random generator for one purpose: a seed gives every effect the same noise."""
     return np.random.default_rng([seed, zlib.crc32(name.encode())])
 
 
 @dataclass(frozen=True)
 class Residual:
-    """What an ideal refit leaves of hidden effects."""
+    """Residual of hidden effects after an ideal refit."""
 
     left_rad: Array
     moves: Array
-    """By what share the refit has changed each of `SCALES`."""
+    """Relative change of each of `SCALES` by the refit."""
     tangents: Array
     tangents_at: Array
 
     @property
     def scales(self) -> dict[str, float]:
-        """Factors that the refit has put on the drive."""
+        """Factors of the drive by the refit."""
         return dict(zip(SCALES, (1 + self.moves).tolist(), strict=True))
 
     @property
@@ -137,7 +137,7 @@ class TestBench:
         return self.plan.torque * self.drive.rated_torque_Nm
 
     def phases(self, name: str) -> Array:
-        """Return the phases that chance has given an effect."""
+        """Return the random phases of an effect."""
         return stream(self.seed, f"phase {name}").uniform(0, 2 * np.pi, 2)
 
     def read(
@@ -268,9 +268,9 @@ class TestBench:
 
     @cached_property
     def thinned(self) -> TestBench:
-        """The same bench read less often, to find magnitudes quickly."""
+        """The same bench with fewer samples, to find magnitudes quickly."""
         bench = copy.copy(self)
-        # What the bench has worked out for all rows does not hold for the thinned ones.
+        # What the bench has computed for all rows is not valid for the selected ones.
         for name in CACHED:
             bench.__dict__.pop(name, None)
         bench.plan = self.plan.thinned(THINNING)
@@ -320,7 +320,7 @@ class TestBench:
             share = min(guess / magnitude, 2.0)
             start = replace(residual, moves=np.maximum(residual.moves * share, LEAST_SCALE - 1))
             magnitude = guess
-        # Friction slips or holds, and a refit may end in one of two ways: residuals can jump.
+        # Friction slips or sticks, so a refit may end in one of two states: residuals can jump.
         if nearest and nearest[0] < LARGEST_MISS:
             return nearest[1:]
         raise TooSmallError(
@@ -331,7 +331,7 @@ class TestBench:
     # --- how well it can be seen at best ---------------------------------------------------------
 
     def _whitened(self, columns: Array) -> list[Array]:
-        """Per run, columns under a filter that makes the angle noise white with unit variance."""
+        """Filter columns run by run so that the angle noise is white with unit variance."""
         sigma = SIGMA_ARCSEC * ARCSEC * self.noise
         white = (1 - COLOURED_SHARE) * sigma**2
         drive = COLOURED_SHARE * sigma**2 * (1 - COLOUR**2)
@@ -348,7 +348,7 @@ class TestBench:
         """Fisher information of the signatures' amplitudes, refit and run scatter removed.
 
         `signatures` has a column each, in rad. With an amplitude of 1, an ideal test of one
-        signature alone finds it `sqrt(information[i, i])` standard deviations from nothing.
+        signature alone finds it `sqrt(information[i, i])` standard deviations from zero.
         """
         bases, scatters, count = len(SCALES), len(SCATTER), signatures.shape[1]
         one = np.ones((len(self.plan.run), 1))
@@ -367,7 +367,7 @@ class TestBench:
         return total[bases:, bases:] - cross.T @ np.linalg.solve(base, cross)
 
     def signature(self, name: str, magnitude: float) -> Array:
-        """Change of the lost motion by a little of an effect, a column for each phase it has."""
+        """Change of the lost motion by a small amount of an effect, a column for each phase."""
         phases = self.phases(name)
         turns = [phases]
         for i in range(HIDDEN[name].phases):
@@ -383,7 +383,7 @@ class TestBench:
         return np.column_stack(columns)
 
     def twins(self, residual: Residual, names: list[str]) -> dict[str, float]:
-        """Cosine between a residual and the nearest that each named effect could make of it.
+        """Cosine between a residual and the closest residual that each named effect can have.
 
         1 means that this plan confounds them, whatever the method. An effect that would
         have to be implausibly large gets 0.

@@ -38,7 +38,7 @@ ALWAYS = FORMATS.keys() - {"tilt_moment_Nm", "axial_force_N"}
 
 @dataclass(frozen=True)
 class Conditions:
-    """How well a campaign is measured; the standard ones unless said otherwise."""
+    """Conditions of the measurement; by default the standard ones."""
 
     noise: float = 1.0
     """Factor of the angle noise."""
@@ -49,7 +49,7 @@ class Conditions:
     sheet_bias: float = 0.0
     """Common error of the stiffnesses on the catalogue sheet."""
     outliers: float = 0.0
-    """Share of samples whose output angle is far off."""
+    """Share of samples with an outlier in the output angle."""
     outlier_arcsec: float = 60.0
     dropped_counts: int = 0
     """Counts that the output encoder loses at one moment."""
@@ -79,18 +79,18 @@ def angle_noise(chance: np.random.Generator, lengths: list[int]) -> Array:
 
 @dataclass
 class Campaign:
-    """A campaign with what is hidden in it."""
+    """A campaign with its hidden effects."""
 
     bench: TestBench
     effects: dict[str, float]
     conditions: Conditions = STANDARD
     kind: str = "single"
     residuals: dict[str, Residual] = field(default_factory=dict)
-    """What an ideal refit leaves of each effect alone."""
+    """Residual of each effect alone after an ideal refit."""
 
     @cached_property
     def readings(self) -> Readings:
-        """What is read without noise."""
+        """Readings without noise."""
         return self.bench.read(self.effects)
 
     @cached_property
@@ -114,7 +114,7 @@ class Campaign:
 
     @cached_property
     def measured(self) -> dict[str, Array]:
-        """Every column that the rig could write, with noise, before it is rounded for the file."""
+        """Every column that the rig can write, with noise, before it is rounded for the file."""
         bench, plan, conditions = self.bench, self.bench.plan, self.conditions
         rated = bench.drive.rated_torque_Nm
         lengths = [rows.stop - rows.start for rows in plan.slices()]
@@ -156,7 +156,7 @@ class Campaign:
         return [name for name in FORMATS if name in wanted - set(self.conditions.dropped_columns)]
 
     def truth(self, twins: Mapping[str, float] | None = None) -> dict[str, Any]:
-        """Everything that the judge knows."""
+        """The truth, with everything that an evaluation needs."""
         bench = self.bench
         effects = []
         for name, magnitude in self.effects.items():
@@ -184,7 +184,7 @@ class Campaign:
         elif any(HIDDEN[name].outside for name in self.effects):
             verdicts = ["unexplained"]
         elif not set().union(*(HIDDEN[name].columns for name in self.effects)) <= set(self.columns):
-            # Nobody can name what depends on a column that is not there.
+            # An effect that depends on a missing column cannot be named.
             verdicts = ["unexplained", "ambiguous"]
         elif twins:
             verdicts = ["missing-effect", "ambiguous"]
@@ -225,7 +225,7 @@ class Campaign:
         )
 
     def sheet_text(self, name: str) -> str:
-        """What a buyer knows of the drive, as a drive file."""
+        """The catalogue data of the drive as a drive file."""
         drive = self.bench.drive
         lines = [
             "# What a buyer of this drive knows: its catalogue sheet.",
@@ -269,7 +269,7 @@ def make_campaign(
     magnitudes: Mapping[str, float] | None = None,
     kind: str = "single",
 ) -> Campaign:
-    """Hide effects, each by the residual that it leaves alone (in sigma) or by its magnitude."""
+    """Hide effects, each of a residual (in sigma, for this effect alone) or a magnitude."""
     named = [*sigmas, *(magnitudes or {})]
     bench = TestBench(
         seed,

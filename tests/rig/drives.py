@@ -1,4 +1,4 @@
-"""The drives on the rig, and the data that their makers print."""
+"""The drives on the rig, and the data in their catalogues."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ SLIPS = 8
 
 
 def build_drive(size: Size, chance: np.random.Generator) -> Drive:
-    """One specimen: shares and shapes by chance, deflection at rated torque near the sheet's."""
+    """One specimen: random shares and shapes, deflection at rated torque near the sheet's."""
     rated = size.rated_torque_Nm
     first, second = size.corners_Nm
     specimen = chance.uniform(0.9, 1.1)
@@ -48,7 +48,7 @@ def build_drive(size: Size, chance: np.random.Generator) -> Drive:
         + (min(second, rated) - first) / stiffness[1]
         + max(rated - second, 0.0) / stiffness[2]
     )
-    # The low stiffness below the first corner is mostly the gap's doing.
+    # The low stiffness below the first corner is mostly due to the gap.
     gap_rad = chance.uniform(0.6, 0.85) * first * (1 / stiffness[0] - 1 / stiffness[1])
     rest_rad = total_rad - gap_rad
     shares = np.array(
@@ -56,7 +56,7 @@ def build_drive(size: Size, chance: np.random.Generator) -> Drive:
     )
     mesh_rad, radial_rad, torsion_rad = rest_rad * shares / shares.sum()
 
-    # Both sides hold the same pairs in the mean: what separates them is the scatter of the teeth.
+    # Both sides have the same pairs on average: they differ by the scatter of the teeth.
     spread = chance.uniform(1.4, 2.0)
     widest_rad = chance.uniform(1.2, 1.6) * mesh_rad
     place = np.arange(PAIRS) / (PAIRS - 1)
@@ -93,7 +93,7 @@ def build_drive(size: Size, chance: np.random.Generator) -> Drive:
 
 
 def print_sheet(drive: Drive, chance: np.random.Generator, error: float, bias: float) -> Drive:
-    """Fill in the sheet from the loop that a maker would measure, off by `error` rms and `bias`."""
+    """Fill in the sheet from the loop that a maker would measure, with `error` rms and `bias`."""
     first, second = drive.sheet["T1_Nm"], drive.sheet["T2_Nm"]
     third = max(drive.rated_torque_Nm, 1.2 * second)
     ramp = np.linspace(0, third, 400)
@@ -113,7 +113,7 @@ def print_sheet(drive: Drive, chance: np.random.Generator, error: float, bias: f
         * (1 + bias)
         * (1 + error * chance.standard_normal(3))
     )
-    # A sheet promises hysteresis and lost motion in steps of half an arc minute.
+    # A sheet states hysteresis and lost motion in steps of half an arc minute.
     arcmin = 60 * ARCSEC
     hysteresis = np.ceil((unload[0] - load[0]) / arcmin * 2) / 2
     lost_motion = (

@@ -1,7 +1,7 @@
 """Runs that can follow those of a plan, to separate effects that it leaves undecided.
 
-What has been done stays done: cycles never go back, so a following run is made at the cycles that
-the plan has ended with. Temperature, load, speed and wave generator angle can be chosen.
+The number of cycles never decreases, so a following run is made at the last cycles of the plan.
+Temperature, load, speed and wave generator angle can be chosen.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ TURNS = ((0.0, 0.05), (0.3, 0.05), (-0.3, 0.05), (0.0, 0.6), (0.3, 0.6), (-0.3, 
 
 
 def offered(runs: Sequence[Run], ratio: int) -> dict[str, Run]:
-    """Runs that a bench could do next, by what they are called in its plan of options."""
+    """Runs that a bench could do next, by their names in its plan of options."""
     cycles = max(run.cycles for run in runs)
     here = next(float(run.input_angle_rad[0]) for run in runs if run.kind == "loop")
     made: dict[str, Run] = {}
@@ -40,10 +40,10 @@ def offered(runs: Sequence[Run], ratio: int) -> dict[str, Run]:
 
 
 def repeated(runs: Sequence[Run], seed: int) -> Run:
-    """One more of the same: a run of the plan, by chance, as it is made when the plan has ended.
+    """A random run of the plan, repeated after the end of the plan.
 
-    Of every kind of run and torque the last one counts, for the rig does not get colder or younger
-    again by itself.
+    Of every kind of run and torque the last one counts, because the rig does not become colder
+    or less worn by itself.
     """
     last: dict[tuple[str, float, float], Run] = {}
     for run in runs:
@@ -77,14 +77,14 @@ def followed(
 
 
 def drive_number(truth: Mapping[str, Any]) -> int:
-    """Which of the rig's drives a truth is about."""
+    """Find the drive of a truth."""
     words = str(truth["drive"]).split()
     size, ratio = int(words[1]), int(words[3])
     return next(i for i, s in enumerate(SIZES) if (s.size, s.ratio) == (size, ratio))
 
 
 def options_text(runs: Mapping[str, Run], rated_torque_Nm: float, columns: Sequence[str]) -> str:
-    """Write runs as a plan of options: what is set, not what will be measured."""
+    """Write runs as a plan of options, with the set values, not the measured ones."""
     names = [n for n in columns if n not in ("output_angle_rad", "tilt_moment_Nm", "axial_force_N")]
     lines = [",".join(names)]
     for label, run in runs.items():

@@ -1,9 +1,9 @@
 """Hidden effects of a campaign: effects of the library, and others.
 
-Each is a few lines of mechanics or of measuring: `before` changes what acts on the drive, `after`
-what is read off it. Magnitudes are in natural units; bench.py finds the one that leaves a wanted
-residual. None of the formulas is taken from the library; where physics leaves a choice of shape
-(wear against cycles, friction against temperature or speed) the rig's choice is its own.
+Each is a few lines of mechanics or measurement: `before` changes the loads on the drive, `after`
+the readings. Magnitudes are in natural units; bench.py finds the one that leaves a required
+residual. None of the formulas is from the library; if physics permits several shapes (wear over
+cycles, friction over temperature or speed), the rig chooses its own.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class Event:
 
 @dataclass
 class Readings:
-    """What the rig would read without noise."""
+    """Readings of the rig without noise."""
 
     turned: Turned
     lost_motion_rad: Array
@@ -59,39 +59,39 @@ After = Callable[[Bench, Readings, float, Array], None]
 
 @dataclass(frozen=True)
 class Hidden:
-    """Something to hide: how it is formulated, and how large it may be."""
+    """A hidden effect: its formula, and how large it may be."""
 
     name: str
     unit: str
     typical: float
-    """Magnitude at which its signature is taken."""
+    """Magnitude at which its signature is computed."""
     limit: float
     """Largest magnitude that a drive or a rig would plausibly have."""
     about: str
     before: Before | None = None
     after: After | None = None
     outside: bool = False
-    """No effect of the library: the right answer is `unexplained`."""
+    """Not an effect of the library: the right answer is `unexplained`."""
     depends_on: tuple[str, ...] = ()
-    """For causes outside: columns on which the misfit hangs."""
+    """For causes outside the library: columns on which the residual depends."""
     columns: tuple[str, ...] = ()
-    """Columns that it depends on; written when it is in play, unless dropped on purpose."""
+    """Columns that it depends on; written if it is hidden, unless dropped on purpose."""
     phases: int = 0
-    """How many free phases its signature has."""
+    """Number of free phases of its signature."""
     per_rated: bool = False
     """Typical and limit are per N m of rated torque."""
     quick: bool = False
-    """Lives between samples that are close together: never thin them."""
+    """Depends on samples that are close together: use all samples."""
     spike: bool = False
     """Needs an overload; its size is not scaled to a residual."""
 
     def scale(self, drive: Drive) -> float:
-        """Return what typical and limit are to be multiplied with for a drive."""
+        """Return the factor of typical and limit for a drive."""
         return drive.rated_torque_Nm if self.per_rated else 1.0
 
 
 def _sign(value: Array, width: float) -> Array:
-    """Sign with a soft step."""
+    """Smooth sign function."""
     return value / np.hypot(value, width)
 
 
@@ -102,7 +102,7 @@ def lagged(values: Array, step_s: Array, time_constant_s: float) -> Array:
         return lagged
     starts = [*np.flatnonzero(step_s == 0.0), len(values)]
     for a, b in pairwise(starts):
-        # The input goes straight from sample to sample, for which this recursion is exact.
+        # The input is linear between samples; this recursion is exact for that.
         share = step_s[a + 1] / time_constant_s
         keep = np.exp(-share)
         new = 1 - (1 - keep) / share
@@ -180,13 +180,13 @@ def _thermal_drift(b: Bench, r: Readings, m: float, phase: Array) -> None:
 
 
 def _thermal_friction(b: Bench, m: float, phase: Array) -> None:
-    # Vogel's law of an oil, referred to the room: the named slope holds there.
+    # Vogel's law of an oil, relative to room temperature: the stated slope is valid there.
     pole_K = ROOM_C + 95.0
     b.samples.friction *= np.exp(-m * PERCENT * b.warmer_K * pole_K / (pole_K + b.warmer_K))
 
 
 def _wear(b: Bench, m: float, phase: Array) -> None:
-    # The wave generator's bearing wears, quickly while it runs in.
+    # The wave generator's bearing wears, quickly during running-in.
     run_in = 3e4
     b.samples.gap_rad += m * ARCSEC * np.log1p(b.plan.cycles / run_in) / np.log1p(1e5 / run_in)
 
@@ -195,7 +195,7 @@ def _creep(b: Bench, r: Readings, m: float, phase: Array) -> None:
     elastic = r.turned.elastic_angle_rad
     for time_constant_s in (3.0, 25.0, 200.0):
         starts = np.flatnonzero(b.plan.step_s == 0.0)
-        # A run begins rested: what its load has already done counts from its first sample on.
+        # A run begins recovered: the effect of its load counts from the first sample on.
         before = elastic.copy()
         before[starts] = 0.0
         r.lost_motion_rad += m / 3 * PERCENT * lagged(before, b.plan.step_s, time_constant_s)

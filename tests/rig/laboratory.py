@@ -3,8 +3,8 @@
     lab = Laboratory(seed, law="dahl", protocol="arm")
     lab.write(folder, effect="thermal_gap", noises=1.0)
 
-The size of a hidden effect is what an ideal refit leaves of it: one that knows the law, frees all
-numbers of it (`laws.SCALED`) and the zero of each run, and sees the torque as recorded.
+The size of a hidden effect is its residual after an ideal refit, which knows the law, fits all its
+parameters (`laws.SCALED`) and the zero of each run, and uses the recorded torque.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ SCATTER = {"stiffness": 0.003, "friction": 0.02, "gap": 0.01}
 SIZE_TOLERANCE = 0.03
 SEARCHES = 12
 EXERCISE_SAMPLES = 40
-"""Samples of torque that nobody records, before the first run and between strangers."""
+"""Samples of torque that are not recorded, before the first run and between runs of strangers."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ LINES = 64
 
 
 def wave(time: Array, period_s: float) -> Array:
-    """Torque cycles between -1 and 1 that begin at nothing, of rounded triangles."""
+    """Torque cycles between -1 and 1 that begin at zero, of rounded triangles."""
     return np.arcsin(0.97 * np.sin(2 * np.pi * time / period_s)) / np.arcsin(0.97)
 
 
@@ -92,7 +92,7 @@ def bench_runs(
 
 
 def arm_runs(ratio: int, chance: np.random.Generator) -> list[Run]:
-    """An arm that swings under its weight and a payload, at some speeds, while it warms up."""
+    """An arm that swings under its weight and a payload, at several speeds, while it warms up."""
     runs = []
     for i in range(16):
         payload = (0.0, 0.2, 0.4, 0.6)[i % 4]
@@ -152,7 +152,7 @@ PROTOCOLS: dict[str, tuple[Callable[[int, np.random.Generator], list[Run]], Sens
     "turntable": (table_runs, TABLE),
 }
 """Bench loops (20, 8 and 60 runs; strangers: files of one run each, with a history before it that
-nobody recorded), an arm under gravity, the same read by encoders of 14 bits, a turntable."""
+was not recorded), an arm under gravity, the same read by encoders of 14 bits, a turntable."""
 
 HIDEABLE = {
     "bench": ("thermal_gap", "thermal_stiffness", "wear", "stiffness_modulation", "creep"),
@@ -163,7 +163,7 @@ HIDEABLE = {
     "14 bits": ("kinematic_error", "output_eccentricity"),
     "turntable": ("kinematic_error", "thermal_gap", "stiffness_modulation", "thermal_stiffness"),
 }
-"""What each protocol can identify."""
+"""Effects that each protocol can identify."""
 
 
 @dataclass
@@ -195,11 +195,11 @@ class Laboratory:
     # --- turning ---------------------------------------------------------------------------------
 
     def phases(self, name: str) -> Array:
-        """Phases that chance has given an effect."""
+        """Random phases of an effect."""
         return stream(self.seed, f"phase {name}").uniform(0, 2 * np.pi, 2)
 
     def turn(self, drive: LawDrive, samples: LawSamples) -> tuple[Array, Array]:
-        """Turn a drive through the plan, after a history that nobody recorded."""
+        """Turn a drive through the plan, after a history that was not recorded."""
         chance = stream(self.seed, "history")
         memory = LawMemory()
         angle, elastic = np.empty((2, len(self.plan.run)))
@@ -221,7 +221,7 @@ class Laboratory:
         return angle, elastic
 
     def read(self, effects: Mapping[str, float], drive: LawDrive | None = None) -> Readings:
-        """What is read without noise."""
+        """Readings without noise."""
         drive, plan = drive or self.drive, self.plan
         one = np.ones(len(plan.run))
         samples = LawSamples(
@@ -256,12 +256,12 @@ class Laboratory:
 
     @cached_property
     def plain(self) -> Array:
-        """Lost motion with nothing hidden."""
+        """Lost motion without hidden effects."""
         return self.read({}).lost_motion_rad
 
     @cached_property
     def tangents(self) -> Array:
-        """Change of the lost motion with each number of the law."""
+        """Derivative of the lost motion with respect to each parameter of the law."""
         columns = [
             self.read({}, self.drive.scaled(name, 1 + TANGENT_STEP)).lost_motion_rad - self.plain
             for name in self.drive.free
@@ -269,13 +269,13 @@ class Laboratory:
         return self.centred(np.column_stack(columns)) / TANGENT_STEP
 
     def left(self, name: str, magnitude: float) -> float:
-        """Rms, arc seconds, of what an ideal refit leaves of an effect."""
+        """Rms residual of an effect after an ideal refit, arc seconds."""
         change = self.centred(self.read({name: magnitude}).lost_motion_rad - self.plain)
         taken = self.tangents @ np.linalg.lstsq(self.tangents, change, rcond=None)[0]
         return float(np.sqrt(np.mean((change - taken) ** 2)) / ARCSEC)
 
     def magnitude_for(self, name: str, noises: float) -> float:
-        """The magnitude of which so many noises are left."""
+        """The magnitude with a residual of so many noises."""
         wanted = noises * self.noise_arcsec
         limit = HIDDEN[name].limit * HIDDEN[name].scale(self.drive)  # type: ignore[arg-type]
         magnitude = min(HIDDEN[name].typical, limit)
@@ -297,12 +297,12 @@ class Laboratory:
         """Noise of one reading of the lost motion: angle noise and counts of both encoders."""
         s, turn = self.sensing, 360 * 3600.0
         out = turn / 2**s.output_bits
-        # Where the input is at rest, its count is an offset of the run.
+        # If the input is at rest, its count is an offset of the run.
         into = turn / 2**s.input_bits / self.drive.ratio if self.plan.turning.any() else 0.0
         return float(np.sqrt(s.noise_arcsec**2 + (out**2 + into**2) / 12))
 
     def encoder(self, angle: Array, bits: float) -> Array:
-        """Angle as counted, with the error of interpolation between two lines."""
+        """Angle in counts, with the error of interpolation between two lines."""
         count = 2 * np.pi / 2**bits
         phase = 2 * np.pi * angle / (count * LINES)
         error = self.sensing.division_counts * (np.sin(phase) + 0.5 * np.sin(2 * phase + 1.0))
@@ -380,6 +380,6 @@ class Laboratory:
 
 
 def replace_loads(run: Run) -> Run:
-    """A run with nothing on its bearing."""
+    """A run without load on its bearing."""
     zero = np.zeros(len(run.time_s))
     return replace(run, tilt_moment=zero, axial_force=zero)

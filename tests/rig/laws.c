@@ -4,9 +4,9 @@
  *
  *   x(e) = c e (1 - h u^2 / (1 + u^2)) + gap e / sqrt(e^2 + knee^2),   u = e / rated
  *
- * with a knee far below any torque of the recordings this is a dead zone. Friction is driven by x
- * and acts beside the elasticity, e + F(x) = T. Every law is advanced from sample to sample by its
- * exact solution over a monotone move, so the length of a step does not matter.
+ * with a knee much smaller than any torque of the recordings this is a dead zone. Friction is
+ * driven by x and acts beside the elasticity, e + F(x) = T. Every law is advanced from sample to
+ * sample by its exact solution over a monotone move, so the length of a step does not matter.
  */
 #include <math.h>
 #include <stddef.h>
@@ -20,7 +20,7 @@ typedef struct {
   int elements; /* of Maxwell; 1 otherwise */
   double rated_torque_Nm;
   double compliance_rad_per_Nm;
-  double hardening;  /* share of the compliance that is lost far beyond rated torque */
+  double hardening;  /* share of the compliance that vanishes far beyond rated torque */
   double asymmetry;  /* compliance of the negative side over that of the positive one, less 1 */
   double knee_Nm;    /* torque at which most of the gap is taken up */
   double load_share; /* growth of the friction limits with the elastic torque, N m per N m */
@@ -104,7 +104,7 @@ static double friction_at(const law_drive *d, const law_samples *s, size_t n,
   return sum;
 }
 
-/* Turns the drive through all samples by halving; answers angle and elastic torque. */
+/* Turns the drive through all samples by bisection; returns angle and elastic torque. */
 void law_turn(const law_drive *d, const law_samples *s, size_t count, law_memory *memory,
               double *angle_rad, double *elastic_torque_Nm) {
   size_t n;

@@ -29,7 +29,7 @@ SCALED = (
     "outside_rad_per_Nm",
     "outside_Nm",
 )
-"""What an ideal refit of such a drive may rescale: all numbers of its law."""
+"""Parameters that an ideal refit of such a drive may rescale: all of its law."""
 
 
 class _Drive(ctypes.Structure):
@@ -70,7 +70,7 @@ class _Memory(ctypes.Structure):
 
 @dataclass(frozen=True)
 class LawDrive:
-    """A drive as it really is."""
+    """The true drive."""
 
     law: str
     name: str
@@ -96,13 +96,13 @@ class LawDrive:
 
     @property
     def free(self) -> list[str]:
-        """Which of `SCALED` are there."""
+        """Those of `SCALED` that the drive has."""
         return [name for name in SCALED if np.any(getattr(self, name))]
 
 
 @dataclass
 class LawSamples:
-    """What acts on the drive at each sample."""
+    """Loads and conditions of the drive at each sample."""
 
     torque_Nm: Array
     gap_rad: Array
@@ -116,7 +116,7 @@ class LawSamples:
 
 
 class LawMemory:
-    """What the drive remembers, friction outside included."""
+    """Memory of the drive, with that of the friction outside."""
 
     def __init__(self) -> None:
         self.inside = _Memory()
@@ -154,7 +154,7 @@ def make_law_drive(law: str, chance: np.random.Generator) -> LawDrive:
 
 
 def sheet_of(drive: LawDrive, chance: np.random.Generator) -> dict[str, float]:
-    """What the maker prints: three stiffnesses, each 3 % off."""
+    """The maker's catalogue: three stiffnesses with an error of 3 % each."""
     corners = np.array([0.0, 7.0, 25.0, drive.rated_torque_Nm])
     zero = replace(drive, limit_Nm=1e-9 * drive.limit_Nm, load_share=0.0, outside_rad_per_Nm=0.0)
     one = np.ones(4)

@@ -1,16 +1,16 @@
 /* Mechanics of the rig: a drive turned by a torque, its friction in parallel with its elasticity.
  *
  * The state of a drive is the mesh angle m, by which the tooth pairs of one side are pressed
- * together. Everything else follows from it: the pairs that have met carry the elastic torque
- * Te(m); the radial parts, the torsion spring, the joint and the radial gap yield under Te and
- * add up to the output's angle x(m); each Maxwell element sticks to x until it slips. What is
- * sought at each sample is the m at which all this balances the acting torque
+ * together. Everything else follows from it: the pairs in contact carry the elastic torque Te(m);
+ * the radial parts, the torsion spring, the joint and the radial gap yield under Te and add up to
+ * the output's angle x(m); each Maxwell element sticks to x until it slips. The solver finds the m
+ * at each sample at which all this balances the acting torque
  *
  *   Te(m) + sum F_i(x(m)) + J x'' = T.
  *
- * The left side never falls with m, so the root is bracketed and found by Newton steps that fall
- * back to halving. A Maxwell element's force after a monotone move is clip(F + k dx, -W, W)
- * whatever the length of the move: there is no step-size error, and small cycles close.
+ * The left side never falls with m, so the root is bracketed and found by Newton steps with
+ * bisection as a fallback. A Maxwell element's force after a monotone move is clip(F + k dx, -W, W)
+ * for any length of the move: there is no step-size error, and small cycles close.
  */
 #include <math.h>
 #include <stddef.h>
@@ -37,7 +37,7 @@ typedef struct {
   double torsion_rad;     /* wind-up of the torsion spring at rated torque */
   double knee_Nm;         /* torque at which most of the radial gap is taken up */
   double load_friction;   /* growth of every slip limit at rated torque, as a share */
-  double joint_rad;       /* joint that opens early: angle that it gives in the end */
+  double joint_rad;       /* joint that opens early: its final angle */
   double joint_torque_Nm;
   double hardening;    /* the torsion spring gets stiffer at 1/this of the rated torque */
   double asymmetry;    /* compliance of the negative side over that of the positive one, less 1 */
@@ -149,7 +149,7 @@ static balance_at evaluate(const rig_drive *d, const rig_samples *s, size_t n,
   return at;
 }
 
-/* Turns the drive through all samples; returns the first one without a balance, or the count. */
+/* Turns the drive through all samples; returns the first one without equilibrium, or the count. */
 size_t rig_turn(const rig_drive *d, const rig_samples *s, size_t count, rig_memory *memory,
                 double *angle_rad, double *elastic_angle_rad, double *elastic_torque_Nm) {
   double before = memory->angle_rad;
@@ -191,7 +191,7 @@ size_t rig_turn(const rig_drive *d, const rig_samples *s, size_t count, rig_memo
           memory->slip_Nm[i] + d->slip_stiffness_Nm_per_rad[i] * (at.angle - memory->angle_rad);
       memory->slip_Nm[i] = force > limit ? limit : force < -limit ? -limit : force;
     }
-    /* A recording starts at rest: what was done to the drive before it was done slowly. */
+    /* A recording starts at rest: the drive was loaded slowly before it. */
     before = s->step_s[n] > 0.0 ? memory->angle_rad : at.angle;
     memory->angle_rad = at.angle;
     memory->mesh_rad = mesh;

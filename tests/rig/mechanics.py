@@ -77,7 +77,7 @@ class _Memory(ctypes.Structure):
 
 @cache
 def compiled(name: str) -> ctypes.CDLL:
-    """Compile a source of this folder with the system's compiler, once a change, and load it."""
+    """Compile a source of this folder with the system's compiler if it has changed, and load it."""
     path = SOURCE.with_name(name)
     source = path.read_bytes()
     folder = path.parents[2] / "build" / "rig"
@@ -119,13 +119,13 @@ def pointer(array: Array) -> ctypes._Pointer[ctypes.c_double]:
 
 @dataclass(frozen=True)
 class Drive:
-    """A drive as it really is; the people who get its recordings see its catalogue sheet only."""
+    """The true drive; the users of its recordings get only its catalogue sheet."""
 
     name: str
     ratio: int
     rated_torque_Nm: float
     sheet: dict[str, float]
-    """T1_Nm, T2_Nm and, once measured, what else a sheet says."""
+    """T1_Nm, T2_Nm and, once measured, the other values of a sheet."""
     pair_gap_rad: tuple[Array, Array]
     """Per side, by rising gap: mesh angle at which each tooth pair meets."""
     pair_stiffness_Nm_per_rad: tuple[Array, Array]
@@ -137,7 +137,7 @@ class Drive:
     knee_Nm: float
     slip_limit_Nm: Array
     slip_angle_rad: Array
-    """Angle over which each Maxwell element winds up before it slips."""
+    """Angle by which each Maxwell element winds up before it slips."""
     load_friction: float = 0.0
     joint_rad: float = 0.0
     joint_torque_Nm: float = 1.0
@@ -174,16 +174,16 @@ SCALES = (
     "slip_limit_Nm",
     "slip_angle_rad",
 )
-"""What a refit of a drive without hidden effects may rescale.
+"""Parameters that a refit of a drive without hidden effects may rescale.
 
-Mesh, radial parts, torsion and gap are scaled by the angle that they give, in which the lost motion
-is all but linear.
+Mesh, radial parts, torsion and gap are scaled by their angle, in which the lost motion is almost
+linear.
 """
 
 
 @dataclass
 class Samples:
-    """What acts on the drive at each sample, in the order of `_Samples`."""
+    """Loads and conditions of the drive at each sample, in the order of `_Samples`."""
 
     torque_Nm: Array
     gap_rad: Array
@@ -196,7 +196,7 @@ class Samples:
 
 @dataclass
 class Turned:
-    """How the drive turned: output angle, its elastic share without the gap, elastic torque."""
+    """Motion of the drive: output angle, its elastic share without the gap, elastic torque."""
 
     angle_rad: Array
     elastic_angle_rad: Array
@@ -205,7 +205,7 @@ class Turned:
 
 @dataclass
 class Memory:
-    """What the drive remembers from one stretch of samples to the next."""
+    """Memory of the drive from one part of the samples to the next."""
 
     state: _Memory = field(default_factory=_Memory)
 
@@ -248,7 +248,7 @@ def turn(drive: Drive, samples: Samples, memory: Memory | None = None) -> Turned
 
 
 def quasi_static(drive: Drive, torque_Nm: Array, memory: Memory | None = None) -> Turned:
-    """Turn the drive through torques with nothing else going on."""
+    """Turn the drive through torques without other loads."""
     one = np.ones(len(torque_Nm))
     return turn(
         drive,

@@ -34,7 +34,7 @@ class Run:
 
 @dataclass
 class Plan:
-    """A plan with its runs laid end to end."""
+    """A plan with its runs one after the other."""
 
     name: str
     kinds: list[str]
@@ -51,7 +51,7 @@ class Plan:
     tilt_moment: Array
     axial_force: Array
     followed_by: int = 0
-    """How many of the runs, the last ones, are not the plan's own."""
+    """Number of runs at the end that are not the plan's own."""
 
     @property
     def runs(self) -> int:
@@ -64,7 +64,7 @@ class Plan:
         return [slice(int(a), int(b)) for a, b in pairwise(edges)]
 
     def thinned(self, stride: int) -> Plan:
-        """Every so many rows of each run, from its first."""
+        """Every n-th row of each run, from its first."""
         rows = np.concatenate([np.arange(s.start, s.stop, stride) for s in self.slices()])
         kept = {
             name: values[rows]
@@ -77,12 +77,12 @@ class Plan:
 
 
 def _triangle(phase: Array) -> Array:
-    """One cycle a unit of phase: 0, 1, 0, -1, 0."""
+    """One cycle per unit of phase: 0, 1, 0, -1, 0."""
     return 2 / np.pi * np.arcsin(np.sin(2 * np.pi * phase))
 
 
 def _warming(time_s: Array, rise_K: float = 0.4) -> Array:
-    """Small changes of the room while a run lasts."""
+    """Small changes of the room temperature during a run."""
     return rise_K * np.sin(time_s / 120.0)
 
 
@@ -100,7 +100,7 @@ def loop(amplitude: float, angle: float, temperature_C: float, cycles: float = 0
 
 
 def fast_loop(period_s: float, angle: float) -> Run:
-    """Torque cycles as quick as the rig can."""
+    """Torque cycles at the highest rate of the rig."""
     time = 0.01 * np.arange(3000)
     return Run(
         kind="fast loop",
@@ -130,7 +130,7 @@ def turning(ratio: int, load: float, output_rad_per_s: float, temperature_C: flo
 
 
 def hold(load: float, angle: float) -> Run:
-    """A load put on, kept for three minutes and taken off."""
+    """A load applied, kept for three minutes and removed."""
     time = 0.2 * np.arange(2000)
     return Run(
         kind="hold",
@@ -202,7 +202,7 @@ def _loops(ratio: int, chance: np.random.Generator) -> list[Run]:
 
 
 def _aliased(ratio: int, chance: np.random.Generator) -> list[Run]:
-    """Everything gets warmer as it wears: loops only tell when, not why."""
+    """The drive becomes warmer as it wears: the loops show when something changed, not why."""
     angles = chance.uniform(0, 2 * np.pi, 3)
     share = np.linspace(0, 1, 15)
     runs = [
@@ -220,7 +220,7 @@ def _aliased(ratio: int, chance: np.random.Generator) -> list[Run]:
 
 
 def _short(ratio: int, chance: np.random.Generator) -> list[Run]:
-    """A morning's work: two wave generator angles, one speed, the drive warm at the end."""
+    """A short plan: two wave generator angles, one speed, the drive warm at the end."""
     angles = chance.uniform(0, 2 * np.pi, 2)
     runs = [
         loop(amplitude, float(angle), ROOM_C + chance.uniform(-1, 1))
@@ -235,7 +235,7 @@ def _short(ratio: int, chance: np.random.Generator) -> list[Run]:
 
 
 def _extended(ratio: int, chance: np.random.Generator) -> list[Run]:
-    """The standard plan and what else separates confounded effects."""
+    """The standard plan and further runs that separate confounded effects."""
     runs = _standard(ratio, chance)
     runs += [loop(0.04, 0.9, ROOM_C), loop(0.04, 4.0, ROOM_C)]
     runs += [warming_loop(0.9, 15.0, 45.0), warming_loop(4.0, 15.0, 45.0)]
@@ -260,7 +260,7 @@ _MAKERS: dict[str, Callable[[int, np.random.Generator], list[Run]]] = {
 
 
 def _load_bearing(runs: list[Run], ratio: int, chance: np.random.Generator) -> None:
-    """Give runs the little moment and axial force that follow load and pose on any bench."""
+    """Give runs the small moment and axial force that depend on load and pose on any bench."""
     share = chance.uniform(0.05, 0.15, 2)
     phase = chance.uniform(0, 2 * np.pi, 2)
     level = chance.uniform(0.15, 0.35, (len(runs), 2)) * chance.choice((-1, 1), (len(runs), 2))
@@ -284,7 +284,7 @@ def make_plan(
 ) -> Plan:
     """Make a plan; a spike overloads one cycle of its last full loop three times.
 
-    `then` makes runs that follow those of the plan, which stay as they are without them.
+    `then` makes runs that follow those of the plan; the runs of the plan are the same without them.
     """
     runs = _MAKERS[name](ratio, chance)
     if spike:
@@ -300,7 +300,7 @@ def make_plan(
 
 
 def lay(name: str, runs: list[Run], followed_by: int = 0) -> Plan:
-    """Lay runs end to end."""
+    """Join runs."""
 
     def laid(get: Callable[[Run], Array]) -> Array:
         return np.concatenate([get(run) for run in runs])

@@ -20,7 +20,7 @@ JUDGE = range(10_000, 100_000)
 KINDS = ("single", "clean", "outside", "pair", "aliased")
 
 TOGETHER = 0.98
-"""From this cosine on no method can separate two effects with a plan."""
+"""From this cosine on, no method can separate two effects with a plan."""
 APART = 0.5
 """Below this cosine two effects are hidden as a pair."""
 
@@ -46,13 +46,13 @@ SINGLES = (
     "input_coupling_play",
     "lobe_eccentricity",
 )
-"""Effects that the standard plan shows, in the order in which a suite goes round."""
+"""Effects that the standard plan shows, in the order of a suite."""
 ALIASED = ("thermal_gap", "wear")
 """Effects that the plan `aliased` makes rise together."""
 
 
 def seeds_of(kind: str, seeds: str) -> Iterator[int]:
-    """Yield the seeds of a suite; kinds do not share any, developing and judging neither."""
+    """Yield the seeds of a suite: different ones for each kind, for development and evaluation."""
     span = DEVELOP if seeds == "develop" else JUDGE
     share = len(span) // len(KINDS)
     first = span.start + share * KINDS.index(kind)
@@ -60,7 +60,7 @@ def seeds_of(kind: str, seeds: str) -> Iterator[int]:
 
 
 def _extra_columns(seed: int) -> tuple[str, ...]:
-    """Some campaigns carry columns of loads that matter to nothing."""
+    """Some campaigns contain columns of loads that no hidden effect depends on."""
     chance = stream(seed, "columns")
     return tuple(name for name in ("tilt_moment_Nm", "axial_force_N") if chance.random() < 0.3)
 
@@ -107,7 +107,7 @@ def _make(
 
 
 def twins_of(campaign: Campaign, least: float = TOGETHER) -> dict[str, float]:
-    """Effects that no method could tell from the hidden one, with the cosine between them."""
+    """Effects that no method could separate from the hidden one, with the cosine between them."""
     if len(campaign.effects) != 1:
         return {}
     (truth,) = campaign.effects
@@ -137,7 +137,7 @@ def write_suite(
     every: int = 1,
     only: tuple[str, ...] = (),
 ) -> list[dict[str, Any]]:
-    """Write `count` campaigns and what is hidden in them: of every so many seeds from `skip` on."""
+    """Write `count` campaigns and their truths, with every n-th seed from `skip` on."""
     plan = plan or ("aliased" if kind == "aliased" else "standard")
     truths = []
     dealt_seeds = islice(enumerate(seeds_of(kind, seeds)), skip, skip + count * every, every)

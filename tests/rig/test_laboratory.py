@@ -16,7 +16,7 @@ from .mechanics import ARCSEC, Array
 
 
 def turned(drive: LawDrive, torque: Array, step_s: float = 0.0) -> tuple[Array, Array]:
-    """Turn a drive through torques with nothing else going on."""
+    """Turn a drive through torques without other loads."""
     one = np.ones(len(torque))
     samples = LawSamples(torque, drive.gap_rad * one, one, one, step_s * one)
     return turn_law(drive, samples, LawMemory())
@@ -28,7 +28,7 @@ def drive_of(law: str) -> LawDrive:
 
 @pytest.mark.parametrize("law", LAWS)
 def test_elastic_torque_and_friction_balance_the_load(law: str) -> None:
-    """What friction holds is within its limits: T = e + F, |F| <= sum of limits + eta |e|."""
+    """The friction torque is within its limits: T = e + F, |F| <= sum of limits + eta |e|."""
     drive = drive_of(law)
     torque = 30.0 * np.sin(np.linspace(0, 4 * np.pi, 400))
     _, elastic = turned(drive, torque)
@@ -49,7 +49,7 @@ def test_closed_loops_turn_work_into_heat(law: str) -> None:
 
 @pytest.mark.parametrize("law", [law for law in LAWS if law != "lugre"])
 def test_the_length_of_a_step_does_not_matter(law: str) -> None:
-    """Every law but LuGre depends on the path alone, and each is exact over a monotone move."""
+    """Every law except LuGre depends only on the path, and each is exact over a monotone move."""
     drive = drive_of(law)
     coarse = np.array([0.0, 30.0, -20.0, 25.0, -30.0, 10.0])
     fine = np.interp(np.linspace(0, 5, 5001), np.arange(6), coarse)
@@ -102,7 +102,7 @@ def test_a_seed_writes_the_same_bytes(tmp_path: Path) -> None:
 
 
 def test_strangers_have_a_history_of_their_own() -> None:
-    """Between runs of strangers the drive has moved: the same drive follows on otherwise."""
+    """Between runs of strangers the drive has moved: otherwise its memory continues."""
     lab = Laboratory(2, "maxwell", "strangers")
     lone = Laboratory(2, "maxwell", "strangers")
     lone.protocol = "bench"

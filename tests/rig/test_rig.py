@@ -78,7 +78,7 @@ def bench(plan: str = "third") -> TestBench:
 
 
 def path(*shares: float, steps: int = 200) -> Array:
-    """Torques that go straight from share to share of the rated torque of the drive."""
+    """Torques that change linearly from share to share of the rated torque of the drive."""
     legs = [np.linspace(a, b, steps + 1)[1:] for a, b in pairwise(shares)]
     return drive().rated_torque_Nm * np.concatenate(legs)
 
@@ -167,7 +167,7 @@ def test_loops_look_like_those_of_a_strain_wave_drive(number: int) -> None:
     assert 20 < width[0] < 130
     assert abs(width[-1]) < 0.01
     assert np.all(width > -0.01)
-    # Both sides equal but for the scatter of the teeth.
+    # Both sides are equal except for the scatter of the teeth.
     assert np.sqrt(np.mean((angle[5] + angle[3]) ** 2)) < 0.5
     sheet, book = made.sheet, SIZES[number].stiffness
     assert sheet["K1_Nm_per_rad"] < sheet["K2_Nm_per_rad"] < sheet["K3_Nm_per_rad"]
@@ -214,7 +214,7 @@ def test_the_scatter_from_run_to_run_is_what_is_stated() -> None:
         made = TestBench(seed, seed, "third").thinned
         change = made.plain - made.unscattered
         for rows in made.plan.slices():
-            # Where a run turns under no load, its scatter does not show.
+            # In a run that turns without load, the scatter is not visible.
             if np.ptp(made.plan.torque[rows]) < 0.5:
                 continue
             tangents = np.column_stack(
