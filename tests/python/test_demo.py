@@ -26,6 +26,9 @@ from lostmotion.recordings import read_campaign
 
 ROOT = Path(__file__).parents[2]
 
+PAGE_MAX = 8_000_000
+"""Largest size of the report in bytes, with Plotly in it."""
+
 LIMIT_S = 120.0
 """Processor time that the demonstration may take after set-up: other work on the machine is not its
 own."""
@@ -145,6 +148,7 @@ def test_it_is_short_and_one_page(shown):
     assert answer["report"] == str(folder / "report.html")
     page = (folder / "report.html").read_text(encoding="utf-8")
     assert page.count("<section") == 9
+    assert len(page) < PAGE_MAX
     assert f"lostmotion demo -o {folder}" in page
     assert "http://" not in page.replace("http://www.w3.org/", "")
 

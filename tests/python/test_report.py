@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import base64
 import csv
 import dataclasses
+import gzip
 import io
 import itertools
 import json
@@ -247,15 +249,21 @@ class Page(HTMLParser):
             if values.get(name) is not None:
                 self.links.append((name, values[name] or ""))
         if "download" in values:
-            self.downloads.setdefault(values["download"] or "", []).append(values["href"] or "")
+            name = (values["download"] or "").removesuffix(".gz")
+            self.downloads.setdefault(name, []).append(values["href"] or "")
 
     def handle_data(self, data: str) -> None:
         self.words.append(data)
 
     def table(self, name: str, number: int = 0) -> dict[str, list[str]]:
+        # In the order of the page, of which large tables are compressed.
         head, data = self.downloads[name][number].split(",", 1)
-        assert head == "data:text/csv;charset=utf-8"
-        rows = list(csv.reader(io.StringIO(unquote(data))))
+        if head == "data:application/gzip;base64":
+            text = gzip.decompress(base64.b64decode(data)).decode()
+        else:
+            assert head == "data:text/csv;charset=utf-8"
+            text = unquote(data)
+        rows = list(csv.reader(io.StringIO(text)))
         return {column: [row[i] for row in rows[1:]] for i, column in enumerate(rows[0])}
 
 

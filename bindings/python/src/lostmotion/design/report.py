@@ -561,7 +561,7 @@ def _shares_figure(result: SearchResult, seen: Mapping[str, Any]) -> Chart:
         for name, ink, shares in (("worst case", BLUE, worst), ("probable", ORANGE, probable)):
             figure.add_bar(
                 x=shares,
-                y=[f"{i + 1} {one}" for i, one in enumerate(names)],
+                y=list(range(len(names))),
                 orientation="h",
                 name=name,
                 marker={"color": ink},
@@ -569,8 +569,9 @@ def _shares_figure(result: SearchResult, seen: Mapping[str, Any]) -> Chart:
                 textposition="outside",
                 cliponaxis=False,
             )
+        charts.names_above(figure, names)
+        figure.update_layout(bargap=0.5)
         figure.update_xaxes(range=[0, 1.2 * max([*worst, *probable, 1.0])])
-        figure.update_yaxes(autorange="reversed", showgrid=False)
         return [figure]
 
     return Chart(

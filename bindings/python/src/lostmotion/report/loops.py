@@ -150,12 +150,11 @@ def failures_figure(result: Comparison, name: str) -> Chart:
 
 def draw_failures(failures: Sequence[Failure]) -> Any:
     """Draw a bar for each covariate."""
-    figure = figures.framed("", "share of the residual variance, %", "", 110 + 30 * len(failures))
-    names = [words(one.covariate) for one in failures]
+    figure = figures.framed("", "share of the residual variance, %", "", 100 + 40 * len(failures))
     share = [100.0 * one.share for one in failures]
     figure.add_bar(
         x=share,
-        y=names,
+        y=list(range(len(failures))),
         orientation="h",
         marker={
             "color": [BLUE if one.p < 0.05 else PAPER for one in failures],
@@ -165,6 +164,7 @@ def draw_failures(failures: Sequence[Failure]) -> Any:
         textposition="outside",
         cliponaxis=False,
     )
-    figure.update_xaxes(range=[min(0.0, *share), max(1.4 * max(share), 1.0)])
-    figure.update_yaxes(autorange="reversed", showgrid=False)
+    figures.names_above(figure, [words(one.covariate) for one in failures])
+    figure.update_layout(showlegend=False)
+    figure.update_xaxes(range=[min(0.0, *share), max(1.6 * max(share), 1.0)])
     return figure

@@ -375,6 +375,27 @@ def correlations(names: Sequence[str], covariance: FloatArray) -> Any:
     return figure
 
 
+def texts(figure: Any, x: npt.ArrayLike, y: npt.ArrayLike, said: Sequence[str]) -> None:
+    """Write texts to the right of places."""
+    figure.add_scatter(
+        x=np.asarray(x),
+        y=np.asarray(y),
+        text=list(said),
+        mode="text",
+        textposition="middle right",
+        hoverinfo="skip",
+        showlegend=False,
+    )
+
+
+def names_above(figure: Any, names: Sequence[str]) -> None:
+    """Name horizontal bars at 0, 1, ... from the top, above each: long names take no width."""
+    rows = np.arange(len(names))
+    texts(figure, np.zeros(len(names)), rows - 0.36, names)
+    figure.update_layout(bargap=0.68)
+    figure.update_yaxes(range=[len(names) - 0.55, -0.65], visible=False)
+
+
 def ladder(
     names: Sequence[str],
     fitted: Sequence[float],
@@ -396,7 +417,7 @@ def ladder(
     rows = np.arange(len(names))
     floor = f"rms, arcsec (grey: noise floor {noise_floor_arcsec:.3g})"
     figure = framed("Error ladder", floor, "", 90 + 46 * len(names))
-    figure.update_layout(showlegend=False, bargap=0.68)
+    figure.update_layout(showlegend=False)
     figure.add_vrect(x0=0, x1=noise_floor_arcsec, fillcolor=BAND, line_width=0, layer="below")
     figure.add_bar(
         x=list(fitted),
@@ -421,15 +442,9 @@ def ladder(
     most = max(*fitted, *heldout, noise_floor_arcsec)
     ends = [max(pair) for pair in zip(fitted, heldout, strict=True)]
     said = written or [f"{a:.3g} / {b:.3g}" for a, b in zip(fitted, heldout, strict=True)]
-    for x, y, text, places in (
-        (np.zeros(len(names)), rows - 0.36, names, "middle right"),
-        (np.array(ends) + 0.015 * most, rows, [f"<b>{one}</b>" for one in said], "middle right"),
-    ):
-        figure.add_scatter(
-            x=x, y=y, text=list(text), mode="text", textposition=places, hoverinfo="skip"
-        )
+    names_above(figure, names)
+    texts(figure, np.array(ends) + 0.015 * most, rows, [f"<b>{one}</b>" for one in said])
     figure.update_xaxes(range=[0, 1.36 * most])
-    figure.update_yaxes(range=[len(names) - 0.55, -0.65], visible=False)
     return figure
 
 
