@@ -709,6 +709,105 @@ lm_status lm_make_conjugate(const lm_flank *flank, const lm_geometry *geometry,
   return LM_OK;
 }
 
+/* --- a flank of points ---------------------------------------------------------------------------
+ */
+
+/* Whether the points make a flank between the tip circle and the flexspline's tip on the axis. */
+static lm_status check_rigid_points(const lm_flank_points *p, const lm_geometry *g, lm_real low_mm,
+                                    lm_real last_mm, lm_fault *fault) {
+  const lm_real pitch_half = LM_PI / LM_REAL(g->rigid_teeth);
+  const lm_real reach = g->flexspline_tip_mm + g->deflection_mm;
+  const lm_real land = reach - LM_REAL(LM_CONJUGATE_LAND) * (reach - low_mm);
+  int i;
+  if (!(last_mm >= land)) {
+    return refuse_contradiction(fault, "flank.rigid_points, teeth.engagement_depth", last_mm, land,
+                                REAL_INFINITY);
+  }
+  if (!(LM_REAL(p->along_mm[0]) <= low_mm)) {
+    return refuse_contradiction(fault, "flank.rigid_points, teeth.engagement_depth",
+                                LM_REAL(p->along_mm[0]), LM_REAL(0), low_mm);
+  }
+  for (i = 0; i < p->count; i++) {
+    const lm_real width = LM_REAL(p->across_mm[i]);
+    const lm_real room = pitch_half * LM_REAL(p->along_mm[i]);
+    if (!(width > LM_REAL(0) && width < room)) {
+      return refuse_contradiction(fault, "flank.rigid_points", width, LM_REAL(0), room);
+    }
+  }
+  return LM_OK;
+}
+
+/* The points as a flank about the gear's own centre. */
+static lm_flank flank_of_points(const lm_flank_points *p) {
+  lm_flank flank;
+  flank.kind = LM_FLANK_POINTS;
+  flank.neutral_mm = LM_REAL(0);
+  flank.low_mm = LM_REAL(p->along_mm[0]);
+  flank.high_mm = LM_REAL(p->along_mm[p->count - 1]);
+  flank.points = p;
+  flank.points_shift_mm = LM_REAL(0);
+  flank.relief_mm = LM_REAL(0);
+  flank.joints = 0;
+  return flank;
+}
+
+lm_status lm_tabulate_rigid_points(const lm_flank_points *points, const lm_geometry *geometry,
+                                   lm_real shift_mm, lm_real backlash_mm, lm_conjugate *conjugate,
+                                   lm_fault *fault) {
+  const lm_real first_place = real_sqrt(LM_REAL(LM_CONJUGATE_LAND));
+  lm_conjugate made;
+  lm_flank flank;
+  lm_flank_foot end;
+  lm_real last_mm;
+  lm_status status;
+  int i;
+  if (points == 0 || geometry == 0 || conjugate == 0) {
+    return refuse(fault, LM_NULL, points == 0 ? "flank.rigid_points" : "geometry, conjugate");
+  }
+  status = check_range(fault, "flank.rigid_points", LM_REAL(points->count), LM_REAL(4),
+                       LM_REAL(LM_FLANK_POINTS_MAX));
+  for (i = 1; status == LM_OK && i < points->count; i++) {
+    status = points->along_mm[i] > points->along_mm[i - 1]
+                 ? LM_OK
+                 : refuse(fault, LM_NOT_MONOTONE, "flank.rigid_points");
+  }
+  if (status != LM_OK) {
+    return status;
+  }
+  flank = flank_of_points(points);
+  end = lm_evaluate_flank(&flank, flank.high_mm);
+  last_mm = real_sqrt(end.along_mm * end.along_mm + end.across_mm * end.across_mm);
+  made.low_mm = geometry->rigid_tip_mm - shift_mm;
+  status = check_rigid_points(points, geometry, made.low_mm, last_mm + shift_mm, fault);
+  if (status != LM_OK) {
+    return status;
+  }
+  /* The land begins at the last point. */
+  made.top_mm = made.low_mm + (last_mm - made.low_mm) / (LM_REAL(1) - LM_REAL(LM_CONJUGATE_LAND));
+  made.intervals = LM_CONJUGATE_INTERVALS_MAX;
+  made.corners = 0;
+  for (i = 0; i <= made.intervals; i++) {
+    const lm_real place =
+        first_place + (LM_REAL(1) - first_place) * LM_REAL(i) / LM_REAL(made.intervals);
+    const lm_real radius = radius_at(&made, place);
+    const lm_flank_foot foot = lm_evaluate_flank(&flank, lm_flank_at_radius(&flank, radius));
+    const lm_real slope = (foot.along_mm * foot.across_slope - foot.across_mm) /
+                          (foot.along_mm + foot.across_mm * foot.across_slope) / radius *
+                          LM_REAL(-2) * (made.top_mm - made.low_mm) * place;
+    made.place[i] = place;
+    made.half_angle_rad[i] = real_atan(foot.across_mm / foot.along_mm);
+    if (i < made.intervals) {
+      made.slope_low[i] = slope;
+    }
+    if (i > 0) {
+      made.slope_high[i - 1] = slope;
+    }
+  }
+  displace(&made, shift_mm, backlash_mm);
+  *conjugate = made;
+  return LM_OK;
+}
+
 lm_involute_point lm_evaluate_conjugate(const lm_conjugate *conjugate, lm_real radius_mm) {
   const lm_conjugate *c = conjugate;
   const lm_real height = c->top_mm - c->low_mm;

@@ -63,9 +63,9 @@ static lm_status check_flanks(const lm_teeth *t, lm_fault *fault) {
   }
   if (rigid != LM_FLANK_INVOLUTE && (external || !lm_flank_fits(rigid, 1))) {
     return refuse_contradiction(fault, "teeth.rigid_flank", LM_REAL(rigid), LM_REAL(0),
-                                LM_REAL(external ? 0 : LM_FLANK_CONJUGATE));
+                                LM_REAL(external ? 0 : LM_FLANK_POINTS));
   }
-  if (rigid == LM_FLANK_CONJUGATE && !(t->rigid_shift > reach)) {
+  if (rigid != LM_FLANK_INVOLUTE && !(t->rigid_shift > reach)) {
     return refuse_contradiction(fault, "teeth.rigid_shift", t->rigid_shift, reach, REAL_INFINITY);
   }
   return LM_OK;

@@ -406,10 +406,9 @@ int lm_flank_fits(int kind, int rigid) {
       return rigid;
     case LM_FLANK_DOUBLE_ARC:
     case LM_FLANK_S_TOOTH:
-    case LM_FLANK_POINTS:
       return !rigid;
     default:
-      return 0;
+      return kind == LM_FLANK_POINTS;
   }
 }
 

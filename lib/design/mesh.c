@@ -28,7 +28,7 @@ typedef struct flank_point {
 } flank_point;
 
 lm_involute_point lm_rigid_flank_at(const lm_mesh *mesh, lm_real radius_mm) {
-  return mesh->rigid_kind == LM_FLANK_CONJUGATE
+  return mesh->rigid_kind != LM_FLANK_INVOLUTE
              ? lm_evaluate_conjugate(&mesh->conjugate, radius_mm)
              : lm_evaluate_involute(&mesh->geometry.rigid, radius_mm);
 }
@@ -299,7 +299,7 @@ static int list_pieces(const flank_pair *pair, const flank_point *low, const fla
     end[count].foot_mm = mesh->flank.joint_mm[count];
     end[count].is_corner = 0;
   }
-  if (mesh->rigid_kind == LM_FLANK_CONJUGATE) {
+  if (mesh->rigid_kind != LM_FLANK_INVOLUTE) {
     for (i = 0; i < rigid->corners; i++) {
       if (rigid->corner_mm[i] > low->radius_mm && rigid->corner_mm[i] < high->radius_mm) {
         count = insert_corner(end, count, foot_on_radius(pair, rigid->corner_mm[i]).radius_mm);
@@ -519,8 +519,12 @@ static lm_status make_section(const lm_drive *drive, int sections, lm_real secti
   }
   if (status == LM_OK) {
     mesh->rigid_kind = drive->teeth.rigid_flank;
-    if (mesh->rigid_kind == LM_FLANK_CONJUGATE && sibling != 0) {
+    if (mesh->rigid_kind != LM_FLANK_INVOLUTE && sibling != 0) {
       mesh->conjugate = sibling->conjugate;
+    } else if (mesh->rigid_kind == LM_FLANK_POINTS) {
+      status = lm_tabulate_rigid_points(drive->flank.rigid_points, &geometry,
+                                        drive->teeth.rigid_shift * geometry.module_mm,
+                                        drive->flank.backlash_mm, &mesh->conjugate, fault);
     } else if (mesh->rigid_kind == LM_FLANK_CONJUGATE) {
       status = generate_rigid(drive, &geometry, section_factor, nodes, mesh, fault);
     }

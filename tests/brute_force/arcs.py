@@ -144,6 +144,38 @@ def swept_flank(
     return np.append(flank, beyond)
 
 
+def swept_tooth(
+    design: polygons.Design, space: NDArray[np.complex128], heights: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Half thickness [mm] that a moving space leaves of a tooth at heights over its neutral line.
+
+    Parameters
+    ----------
+    space : ndarray of complex, shape (n,)
+        Upper flank of the rigid space from its tip (the smallest radius) outwards.
+    """
+    steps = round(SWEEP_HALF_DEG / SWEEP_STEP_DEG)
+    angles = np.radians(np.linspace(-SWEEP_HALF_DEG, SWEEP_HALF_DEG, 2 * steps + 1))
+    frame = np.array(
+        [polygons.on_line(design, polygons.frame_points(design), abs(angle)) for angle in angles]
+    )
+    frame *= np.exp(-1j * polygons.rigid_axis_rad(design, abs(angles)))[:, None]
+    frame[angles < 0] = np.conj(frame[angles < 0])  # symmetric about the deformation axis
+    left = np.full(len(heights), np.inf)
+    corner = np.empty(len(angles), np.complex128)
+    for i, (origin, end) in enumerate(frame):
+        placed = (space - origin) * np.conj(end - origin) / abs(end - origin)
+        corner[i] = placed[0]
+        across = np.interp(heights, placed.real, placed.imag, left=np.inf, right=np.inf)
+        left = np.minimum(left, across)
+    # The path of the corner of the tip between two positions.
+    deepest = int(np.argmin(corner.real))
+    for way in (corner[deepest:], corner[deepest::-1]):
+        across = np.interp(heights, way.real, way.imag, left=np.inf, right=np.inf)
+        left = np.minimum(left, across)
+    return left
+
+
 @dataclass(frozen=True)
 class STooth:
     """Half the path of a rack's tooth on both sides of a datum point, with its tangent next to it

@@ -286,6 +286,79 @@ def test_points_of_arcs_have_the_clearances_of_the_arcs(tmp_path: Path) -> None:
         assert model.torsion_curve([-5.0, 5.0]) is not None
 
 
+def space_of_the_published_arcs() -> list[list[float]]:
+    """Points of the circular spline that they generate, from below its tip to its land."""
+    model, mesh = made_mesh(published_document())
+    table = mesh.conjugate
+    radii = np.linspace(table.low_mm - 0.02, table.land_mm, 129)
+    half = [model.core.lib.lm_rigid_flank_at(mesh, float(r)).half_angle_rad for r in radii]
+    return [[r * math.sin(a), r * math.cos(a)] for r, a in zip(radii.tolist(), half, strict=True)]
+
+
+def spaced_document(own: str, **flank: Any) -> dict[str, Any]:
+    """The published joint with a circular spline of points."""
+    document = published_document()
+    document["design"]["teeth"].update(flexspline_flank=own, rigid_flank="points")
+    document["design"]["flank"] = {"rigid_points": space_of_the_published_arcs(), **flank}
+    return document
+
+
+def test_a_circular_spline_of_points_has_the_clearances_of_the_generated_one() -> None:
+    generated = DesignModel(parse_drive(published_document()).design).clearances().forward_rad
+    stated = spaced_document("double_arc", **PUBLISHED)
+    found = DesignModel(parse_drive(stated).design).clearances().forward_rad
+    met = np.isfinite(generated)
+    assert np.array_equal(met, np.isfinite(found))
+    assert np.allclose(found[met], generated[met], rtol=0, atol=1e-3 * ARCMIN)
+
+
+def test_a_circular_spline_generates_the_flexspline_that_generated_it() -> None:
+    """Within 1e-6 modules where the two are conjugate, a few points away from the land at the tip;
+    below, where its tip cuts, it leaves less. It is what a swept polygon leaves."""
+    document = spaced_document("conjugate")
+    model, mesh = made_mesh(document)
+    lib, flank = model.core.lib, model.core.ffi.addressof(mesh, "flank")
+    arcs_model, arcs_mesh = made_mesh(published_document())
+    arcs_flank = arcs_model.core.ffi.addressof(arcs_mesh, "flank")
+    heights = np.linspace(flank.low_mm, flank.high_mm, 129)  # its points
+    heights = heights[(heights > 24.81) & (heights < 25.25)]
+    found = np.array([lib.lm_evaluate_flank(flank, y).across_mm for y in heights])
+    drawn = np.array([lib.lm_evaluate_flank(arcs_flank, y).across_mm for y in heights])
+    missed = np.abs(found - drawn) / 0.5
+    # a spline rounds the corner between the two conjugate zones of the circular spline
+    assert np.quantile(missed, 0.9) < 1e-6
+    assert np.max(missed) < 1e-5
+    lower = np.linspace(24.64, 24.77, 9)
+    assert all(
+        lib.lm_evaluate_flank(flank, y).across_mm < lib.lm_evaluate_flank(arcs_flank, y).across_mm
+        for y in lower
+    )
+    table = mesh.conjugate
+    brute, neutral = brute_design(published_document()), mesh.geometry.neutral_mm
+    share = np.linspace(1.0, 0.0, 4 * polygons.FLANK_POINTS)
+    radii = table.low_mm + (table.land_mm - table.low_mm) * (1 - share**2)
+    half = [lib.lm_rigid_flank_at(mesh, float(r)).half_angle_rad for r in radii]
+    space = np.append(radii, radii[-1] + 0.2) * np.exp(1j * np.append(half, half[-1]))
+    swept = arcs.swept_tooth(brute, space, heights - neutral)
+    assert np.max(np.abs(found - swept)) < BAR_MODULES * 0.5
+
+
+def test_a_circular_spline_of_points_that_makes_no_mesh_is_refused() -> None:
+    points = space_of_the_published_arcs()
+    for document, said in (
+        (spaced_document("conjugate", rigid_points=points[:90]), "rigid_points and design.teeth"),
+        (spaced_document("conjugate", rigid_points=points[20:]), "rigid_points and design.teeth"),
+        (spaced_document("conjugate", rigid_points=moved(points, 9, 0.9, points[9][1])), "pitch"),
+        (spaced_document("conjugate", rigid_points_file="space.csv"), "one of them"),
+    ):
+        with pytest.raises(InputError, match=said):
+            DesignModel(parse_drive(document).design)
+    without = published_document()
+    without["design"]["teeth"]["flexspline_flank"] = "conjugate"
+    with pytest.raises(InputError, match="rigid_flank = 'points'"):
+        DesignModel(parse_drive(without).design)
+
+
 def moved(points: list[list[float]], index: int, x: float, y: float) -> list[list[float]]:
     return [*points[:index], [x, y], *points[index + 1 :]]
 
@@ -297,7 +370,7 @@ def test_points_that_make_no_flank_are_refused() -> None:
         (pointed_document(points[10:]), "design.teeth.root_clearance"),
         (pointed_document(points[:-10]), "design.teeth.tooth_height"),
         (pointed_document(moved(points, 50, *points[49])), "y only rises"),
-        (pointed_document(moved(points, 50, -0.1, points[50][1])), "half the tooth"),
+        (pointed_document(moved(points, 50, -0.1, points[50][1])), "half a thickness"),
         (pointed_document(points, points_file="tooth.csv"), "one of them"),
         (pointed_document(None), "points_file"),
         (s_document(points=points), "flexspline_flank = 'points'"),

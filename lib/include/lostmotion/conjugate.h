@@ -63,6 +63,17 @@ lm_status lm_make_conjugate(const lm_flank *flank, const lm_geometry *geometry,
                             const lm_neutral_line *line, lm_real shift_mm, lm_real backlash_mm,
                             lm_conjugate *conjugate, lm_fault *fault);
 
+/* The same table through points of the space's flank: along_mm from the gear's centre on the axis
+ * of the space, across_mm half its width. They reach from the rigid gear's tip circle to the land
+ * below the flexspline's tip on the deformation axis, beyond which the space continues radially:
+ * LM_INCONSISTENT ("flank.rigid_points, teeth.engagement_depth": they end before, or begin beyond;
+ * "flank.rigid_points": no width, or more than the pitch), LM_NULL, LM_OUT_OF_RANGE,
+ * LM_NOT_MONOTONE
+ * ("flank.rigid_points"). The cubics miss a spline of usual flanks by less than 1e-7 modules. */
+lm_status lm_tabulate_rigid_points(const lm_flank_points *points, const lm_geometry *geometry,
+                                   lm_real shift_mm, lm_real backlash_mm, lm_conjugate *conjugate,
+                                   lm_fault *fault);
+
 /* The flank at a radius, in the terms of involute.h: tangent and angle of the flank against the
  * radius, half angle of the space. Beyond the top the half angle is constant; below the tip circle,
  * where there is no flank, the last piece is extrapolated. */

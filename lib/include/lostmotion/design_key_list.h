@@ -80,9 +80,9 @@
   DEPENDENT(FLEXSPLINE_FLANK, teeth, flexspline_flank, , FLANK, ONE, 0, 4, DEFAULT, 0, SAME,       \
             "flank of the flexspline: an involute, two arcs with a common tangent, an S tooth or " \
             "points (table flank), whose shift is the radial displacement of the tool")            \
-  DEPENDENT(RIGID_FLANK, teeth, rigid_flank, , FLANK, ONE, 0, 2, DEFAULT, 0, SAME,                 \
-            "flank of the rigid gear: an involute, or the conjugate that the moving teeth of "     \
-            "the flexspline leave free, whose shift is its displacement from there")
+  DEPENDENT(RIGID_FLANK, teeth, rigid_flank, , FLANK, ONE, 0, 4, DEFAULT, 0, SAME,                 \
+            "flank of the rigid gear: an involute, the conjugate that the moving teeth of the "    \
+            "flexspline leave free, or points (table flank); the shift displaces the latter two")
 
 #define LM_GENERATOR_KEYS(ROW, DEPENDENT)                                                        \
   DEPENDENT(GENERATOR_TYPE, generator, type, , GENERATOR, ONE, 0, 4, REQUIRED, 0, SAME,          \

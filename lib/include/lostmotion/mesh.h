@@ -40,7 +40,7 @@ typedef struct lm_mesh {
   lm_geometry geometry;
   lm_neutral_line line;
   lm_flank flank;           /* of the flexspline */
-  lm_flank_kind rigid_kind; /* of the rigid gear: geometry.rigid or conjugate */
+  lm_flank_kind rigid_kind; /* of the rigid gear: an involute is geometry.rigid, others conjugate */
   lm_conjugate conjugate;
   lm_flank_foot low;    /* ends of the flexspline's flank: towards the axis */
   lm_flank_foot high;   /* and away from it */

@@ -257,17 +257,19 @@ def _design(file: str, table: Any, ratio: float, rated: float) -> Design:
         chains["radial_chain"],
         chains["torsion_chain"],
         chains["tolerance"],
-        flank_points.read_points(file, table.get("flank", {})),
+        flank_points.read_points(file, table.get("flank", {}), "flexspline"),
+        flank_points.read_points(file, table.get("flank", {}), "rigid"),
     )
-    kind = values.get("teeth.flexspline_flank")
-    if (kind is not None and kind.value == "points") != (design.points is not None):
-        found = "no points" if design.points is None else "points"
-        raise InputError(
-            file,
-            flank_points.PLACE,
-            found,
-            "points, or points_file, and teeth.flexspline_flank = 'points'",
-        )
+    for gear, points in (("flexspline", design.points), ("rigid", design.rigid_points)):
+        kind = values.get(f"teeth.{gear}_flank")
+        if (kind is not None and kind.value == "points") != (points is not None):
+            key = f"{flank_points.PREFIXES[gear]}points"
+            raise InputError(
+                file,
+                flank_points.place_of(gear),
+                "no points" if points is None else "points",
+                f"{key}, or {key}_file, and teeth.{gear}_flank = 'points'",
+            )
     generator = values["generator.type"]
     angle = "generator.contact_half_angle_rad"
     if generator.value in ("discs", "rollers", "ring") and angle not in values:

@@ -1,7 +1,8 @@
 """A flank given as points: a list in the drive file, or a measured profile in a CSV or DXF file.
 
-A point is half the tooth's thickness x and the distance y from the gear's centre along the tooth's
-axis, in mm, on the undeformed gear. A cubic spline goes through all of them.
+A point is half the thickness x of a flexspline's tooth, or half the width of a circular spline's
+space, and the distance y from the gear's centre along its axis, in mm, on the undeformed gear. A
+cubic spline goes through all of them.
 """
 
 from __future__ import annotations
@@ -23,40 +24,47 @@ from lostmotion.keys import as_in_file
 
 Points = tuple[tuple[float, float], ...]
 
-KEYS = ("points", "points_file")
+PREFIXES = {"flexspline": "", "rigid": "rigid_"}
+"""What the keys of a gear begin with."""
+
+KEYS = tuple(f"{before}points{end}" for before in PREFIXES.values() for end in ("", "_file"))
 """Keys of [design.flank] in addition to those of the library."""
 
 LEAST = 4
 """Least number of points: a cubic has four coefficients."""
 
-PLACE = "design.flank.points"
+
+def place_of(gear: str) -> str:
+    """Dotted key of the points of a gear."""
+    return f"design.flank.{PREFIXES[gear]}points"
 
 
-def read_points(file: str, table: Mapping[str, Any]) -> Points | None:
-    """Points of a table [design.flank], in the order of rising y; None if it has none.
+def read_points(file: str, table: Mapping[str, Any], gear: str) -> Points | None:
+    """Points of a gear in a table [design.flank], in the order of rising y; None if it has none.
 
     Raises
     ------
     InputError
         Both points and a file, no pairs of numbers, or points that do not form a flank.
     """
-    if all(key in table for key in KEYS):
-        raise InputError(file, PLACE, "points and points_file", "one of them")
-    if "points_file" in table:
-        name = table["points_file"]
+    listed, place = f"{PREFIXES[gear]}points", place_of(gear)
+    if listed in table and f"{listed}_file" in table:
+        raise InputError(file, place, f"{listed} and {listed}_file", "one of them")
+    if f"{listed}_file" in table:
+        name = table[f"{listed}_file"]
         if not isinstance(name, str):
-            raise InputError(file, f"{PLACE}_file", as_in_file(name), "the name of a file")
+            raise InputError(file, f"{place}_file", as_in_file(name), "the name of a file")
         path = Path(file).parent / name
         pairs = _from_dxf(path) if path.suffix.lower() == ".dxf" else _from_csv(path)
         return _checked(str(path), "points", pairs)
-    if "points" not in table:
+    if listed not in table:
         return None
-    rows = table["points"]
+    rows = table[listed]
     if not isinstance(rows, list) or not all(isinstance(r, list) and len(r) == 2 for r in rows):
-        raise InputError(file, PLACE, as_in_file(rows), "pairs [x, y] in mm")
+        raise InputError(file, place, as_in_file(rows), "pairs [x, y] in mm")
     if any(isinstance(v, bool) or not isinstance(v, (int, float)) for r in rows for v in r):
-        raise InputError(file, PLACE, as_in_file(rows), "pairs [x, y] of numbers in mm")
-    return _checked(file, PLACE, [(float(x), float(y)) for x, y in rows])
+        raise InputError(file, place, as_in_file(rows), "pairs [x, y] of numbers in mm")
+    return _checked(file, place, [(float(x), float(y)) for x, y in rows])
 
 
 def _text(path: Path, expected: str) -> str:
@@ -123,7 +131,7 @@ def _checked(file: str, place: str, pairs: list[tuple[float, float]]) -> Points:
     low = min(pairs)[0]
     if not low > 0:
         raise InputError(
-            file, place, f"x = {low:.6g} mm", "half the tooth's thickness, more than 0 mm"
+            file, place, f"x = {low:.6g} mm", "half a thickness or width, more than 0 mm"
         )
     return tuple(pairs)
 

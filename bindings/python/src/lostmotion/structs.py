@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from lostmotion import units
@@ -13,6 +13,7 @@ from lostmotion.core import Bits, Core, core
 from lostmotion.errors import InputError, LibraryError
 from lostmotion.fits import ToleranceClass, limit_deviations, read_class
 from lostmotion.flank_points import Points, flank_points
+from lostmotion.generated_flexspline import generated_points
 from lostmotion.keys import Key, Kind, TableEntry, as_in_file
 
 MEASURES = ("", "deg", "arcmin", "modules", "pitch diameters", "rim thicknesses", "face widths")
@@ -233,8 +234,8 @@ class Design:
         Values of the file by path in `lm_drive` (``teeth.module_mm``).
     radial_chain, torsion_chain, tolerances : sequence of Entry or None
         None if the file has none.
-    points : tuple of pairs or None
-        Of a flank of points.
+    points, rigid_points : tuple of pairs or None
+        Of flanks of points.
     """
 
     file: str
@@ -245,11 +246,15 @@ class Design:
     torsion_chain: Sequence[Entry] | None = None
     tolerances: Sequence[Entry] | None = None
     points: Points | None = None
+    rigid_points: Points | None = None
 
 
 def field_path(section: str, key: Key) -> str:
     """Path of a key in `lm_drive`."""
     return f"{section}.{key.written}" if section else key.written
+
+
+OWN_FLANK = "teeth.flexspline_flank"
 
 
 def make_drive(design: Design, bits: Bits = 64) -> Any:
@@ -266,6 +271,7 @@ def make_drive(design: Design, bits: Bits = 64) -> Any:
         Names the key of the drive file whose value the library refuses.
     """
     c = core(bits)
+    design = _with_generated_flexspline(design)
     # Values that the library refuses are named before any default is derived from them.
     trial = _given(design, c, _paths("teeth", "generator"))
     with_fault(design, c, lambda fault: c.lib.lm_complete_drive(trial, fault))
@@ -284,6 +290,32 @@ def make_drive(design: Design, bits: Bits = 64) -> Any:
     return drive
 
 
+def _with_generated_flexspline(design: Design) -> Design:
+    """Replace a flexspline that the circular spline generates by its points."""
+    kind = design.values.get(OWN_FLANK)
+    stated = design.rigid_points
+    if kind is None or kind.value != "conjugate" or stated is None:
+        return design
+
+    def as_kind(name: str) -> dict[str, TableEntry]:
+        return {**design.values, OWN_FLANK: replace(kind, value=name)}
+
+    drive = make_drive(replace(design, values=as_kind("involute")))
+    try:
+        points = generated_points(drive, stated)
+    except LibraryError as error:
+        raise _refused(design, error) from None
+    low, height = min(points)
+    if not low > 0:
+        raise InputError(
+            design.file,
+            "design.flank.rigid_points",
+            f"a circular spline that leaves half a tooth of {low:.6g} mm at y = {height:.6g} mm",
+            "one that leaves the flexspline a tooth up to its tip: teeth.tooth_height",
+        )
+    return replace(design, values=as_kind("points"), points=points)
+
+
 def _given(design: Design, c: Core, paths: Iterable[str]) -> Any:
     """Make an `lm_drive` with the values of the file at `paths`, and zeros."""
     drive = c.ffi.new("lm_drive *")
@@ -296,6 +328,8 @@ def _given(design: Design, c: Core, paths: Iterable[str]) -> Any:
     _set_all(drive, design, paths)
     if design.points is not None:
         drive.flank.points = flank_points(design.points, c.bits)
+    if design.rigid_points is not None:
+        drive.flank.rigid_points = flank_points(design.rigid_points, c.bits)
     return drive
 
 
@@ -507,6 +541,8 @@ def _unfit_flank(design: Design, error: LibraryError) -> tuple[str, str]:
     if error.high == 0:
         return f"'{found}'", "'involute': the teeth of a ring wave generator have no other flanks"
     rigid = error.key == "teeth.rigid_flank"
+    if found == "conjugate" and not rigid:
+        return "'conjugate'", "teeth.rigid_flank = 'points', the flank that generates it"
     gear = "rigid gear" if rigid else "flexspline"
     fits = core().lib.lm_flank_fits
     others = [f"'{name}'" for kind, name in enumerate(FLANKS) if fits(kind, rigid)]
@@ -575,6 +611,15 @@ ARC_FAULTS: dict[str, tuple[str, str]] = {
     "flank.points, teeth.tooth_height": (
         "points that end at {:.6g} mm from the gear's centre",
         "the tip at {0:.6g} mm or beyond",
+    ),
+    "flank.rigid_points, teeth.engagement_depth": (
+        "points between which {:.6g} mm from the gear's centre is the last or first one",
+        "{0:.6g} to {1:.6g} mm there: from the tip of the rigid gear to that of the flexspline "
+        "on the deformation axis",
+    ),
+    "flank.rigid_points": (
+        "half a space of {:.6g} mm",
+        "more than 0 and less than {1:.6g} mm, half the pitch there",
     ),
     "flank.points, teeth.root_clearance": (
         "points that begin at {:.6g} mm from the gear's centre",

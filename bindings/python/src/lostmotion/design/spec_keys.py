@@ -36,11 +36,11 @@ ASSUMED = {"generator.floating": True, "generator.eccentricity": 0}
 """Values that the search assumes; they may be fixed only to these."""
 
 NAMED = {
-    structs.field_path(key.section, key): key.choices
+    structs.field_path(key.section, key): tuple(name for name in key.choices if name != "points")
     for key in structs.design_keys()
     if key.kind == "choice"
 }
-"""Keys whose values are names."""
+"""Keys whose values are names; measured points, the last of its kinds, are no variables."""
 
 SWITCHES = {
     structs.field_path(key.section, key) for key in structs.design_keys() if key.kind == "switch"
