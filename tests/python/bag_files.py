@@ -12,7 +12,7 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, W
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 START_NS = 1_700_000_000_123_456_789
-"""An epoch in ns: no float64 holds it."""
+"""An epoch in ns: a float64 cannot represent it."""
 
 RATIO = 100.0
 

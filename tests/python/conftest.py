@@ -22,13 +22,13 @@ from sound_files import BOUGHT, DRAWN
 
 DATA = Path(__file__).parents[1] / "data"
 
-# The same examples in every run, so that a failure is the change's; HYPOTHESIS_PROFILE=default
+# The same examples in every run, so that a failure is due to the change; HYPOTHESIS_PROFILE=default
 # looks for new ones.
 settings.register_profile("repeatable", derandomize=True)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
 
-# Programs that the tests start must hear Ctrl-C, though a shell starts what runs in the background
-# with the signal ignored, and this is inherited.
+# Programs that the tests start must receive Ctrl-C. A shell starts background jobs with the signal
+# ignored, and child processes inherit this.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
@@ -111,7 +111,7 @@ def write_spec(tmp_path: Path) -> Write:
 
 @pytest.fixture(scope="session")
 def searched(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path, dict[str, bytes]]:
-    """The small spec, searched by one thread without a break."""
+    """The small spec, searched by one thread without interruption."""
     from lostmotion import design
 
     folder = tmp_path_factory.mktemp("searched")

@@ -1,8 +1,7 @@
 """Simulated torque loops of a known torsion curve and a known hysteresis.
 
-Independent of the library: three straight lines and a loop around them, written here once more and
-in another form (integrated slopes), with coloured noise, scatter from loop to loop, offsets of
-runs and noise of the torque.
+Independent of the library: three straight lines and a loop around them in another form (integrated
+slopes), with coloured noise, scatter from loop to loop, offsets of runs and noise of the torque.
 """
 
 from __future__ import annotations
@@ -58,7 +57,8 @@ class Loop:
         return np.sign(torque) * np.interp(np.abs(torque), grid, angle)
 
     def lost_motion(self, share: float) -> float:
-        """By the definition: middles of the loop at plus and minus a share of the rated torque."""
+        """Lost motion by its definition: middles of the loop at plus and minus a share of the rated
+        torque."""
         return 2.0 * float(self.curve(np.array([share * self.rated]))[0]) + self.gap
 
     def torque(self) -> np.ndarray:
@@ -73,7 +73,7 @@ class Loop:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Torque and lost motion of one loop as they are recorded.
 
-        Friction is at rest before the first run; it remembers from run to run.
+        Friction is at rest before the first run; its memory continues from run to run.
         """
         torque = self.torque()
         reach = self.amplitude or self.rated
@@ -81,8 +81,8 @@ class Loop:
         if self.shape == "ellipse":
             half = -direction * 0.5 * self.hysteresis * (1 - (torque / reach) ** 2)
         else:
-            # Coulomb friction: it turns round within 8 % of the amplitude behind a tip. Friction of
-            # many contacts: within 6, 18 and 36 %.
+            # Coulomb friction reverses within 8 % of the amplitude after a tip, friction of many
+            # contacts within 6, 18 and 36 %.
             contacts = {0.04: 1.0} if self.shape == "coulomb" else {0.03: 0.5, 0.09: 0.3, 0.18: 0.2}
             state = np.empty((torque.size, len(contacts)))
             state[0] = 1.0 if not self.from_rest else 0.0 if first else -1.0
@@ -118,7 +118,7 @@ class Loop:
 
 
 def coloured(generator: np.random.Generator, size: int, memory: float) -> np.ndarray:
-    """Noise of unit variance that remembers a share of itself from sample to sample."""
+    """First-order autoregressive noise of unit variance."""
     fresh = generator.normal(size=size) * np.sqrt(1 - memory**2)
     out = np.empty(size)
     out[0] = generator.normal()

@@ -12,17 +12,18 @@ Numbers = npt.NDArray[np.float64]
 Places = npt.NDArray[np.intp]
 
 SURE = 0.999
-"""A routine that keeps its level fails its test once in a thousand choices of seeds; the seeds are
-fixed, so it passes for good."""
+"""A routine that keeps its level fails its test for one in a thousand choices of seeds; the seeds
+are fixed, so the test always passes."""
 
 
 def most(trials: int, level: float) -> int:
-    """Most false alarms of so many trials that go with a level."""
+    """Most false alarms of a number of trials that are consistent with a level."""
     return int(binom.ppf(SURE, trials, level))
 
 
 def fewest(trials: int, level: float) -> int:
-    """Fewest of so many trials that go with a share: for what must not be too careful either."""
+    """Fewest of a number of trials that are consistent with a share: for routines that must not be
+    too conservative."""
     return int(binom.ppf(1.0 - SURE, trials, level))
 
 
@@ -33,5 +34,5 @@ def ramps(runs: int, rows: int) -> tuple[Numbers, Places, Places]:
 
 
 def white(runs: int) -> Noise:
-    """Noise of unit size without colour."""
+    """White noise of unit variance."""
     return Noise([np.zeros(0)] * runs, np.ones(runs))

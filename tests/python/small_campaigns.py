@@ -37,7 +37,7 @@ def campaign(seed=1, runs=12, rows=500, add=None, *, warm=True, noise=1.0, slip=
     rng = np.random.default_rng(seed)
     made = []
     swings = [torque_of(r, rows) for r in range(runs)]
-    # What friction remembers continues from run to run.
+    # The memory of the friction continues from run to run.
     remembered = run_plays(np.array([3.0]), np.concatenate(swings), 0.0)[:, 0].reshape(runs, rows)
     temperature = rng.permutation(np.linspace(10, 45, runs)) if warm else np.full(runs, 20.0)
     for r in range(runs):
@@ -58,7 +58,7 @@ def campaign(seed=1, runs=12, rows=500, add=None, *, warm=True, noise=1.0, slip=
             y = y + add(columns, wound)
         if slip is not None and slip[0] == r:
             y = y + slip[2] * (t >= slip[1])
-        if slip is not None and slip[0] < r and zero == 0.0:  # else the sensor is set again
+        if slip is not None and slip[0] < r and zero == 0.0:  # otherwise the sensor is zeroed again
             y = y + slip[2]
         columns["lost_motion"] = y * ARCSEC
         made.append(Run(r + 1, "made.csv", columns))
@@ -71,7 +71,7 @@ def gap(columns, wound):
 
 
 def ripple(columns, wound):
-    """What no drive has."""
+    """An effect that no drive has."""
     return 3.0 * np.cos(2 * np.pi * columns["torque"] / 5.0)
 
 
@@ -80,7 +80,7 @@ def answer_of(data, **more):
 
 
 def read_by_encoders(data, *, turned=True):
-    """The output's encoder, whose reading holds the lost motion and its noise."""
+    """The output's encoder, whose reading contains the lost motion and its noise."""
     made = []
     for run in data.runs:
         columns = dict(run.columns)

@@ -11,10 +11,10 @@ from typing import Any
 from lostmotion.drives import format_toml
 
 SPECS = ("robot_joint", "instrument", "ring_generator")
-"""Those that ship with the package."""
+"""The specs that ship with the package."""
 
 FILES = ("best.toml", "front.csv", "history.csv", "combinations.csv", "certificate.json")
-"""What must have the same bytes; the report also holds the command and the day."""
+"""Files that must have the same bytes; the report also contains the command and the date."""
 
 SMALL: dict[str, Any] = {
     "search": {

@@ -84,7 +84,7 @@ def test_the_curve_is_odd_monotone_and_the_sum_of_its_parts(
     assert tuple(parts) == PARTS
     np.testing.assert_allclose(sum(parts.values()), angle, rtol=1e-12, atol=1e-15)
     if k[0] <= k[1] <= k[2]:
-        # Hardening: what exceeds the final straight line is clearance, never negative.
+        # Hardening: the excess over the final straight line is clearance, never negative.
         assert np.all(parts["side_clearance"][torque > 0] >= -1e-12 * angle[-1])
 
 

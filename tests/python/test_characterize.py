@@ -73,7 +73,7 @@ def truths(loop: Loop) -> dict[str, float]:
 
 
 def within(found: Estimate, truth: float, dof: float, confidence: float) -> bool:
-    """Whether the truth lies within the interval of a confidence, by the stated error."""
+    """Whether the truth is within the interval of a confidence, by the stated error."""
     assert found.value is not None
     assert found.standard_error is not None
     if confidence == 0.95:
@@ -89,7 +89,7 @@ SEEDS = 200
 def test_intervals_cover_the_truth_as_often_as_they_say() -> None:
     """Of 200 drives 68 % and 95 %: binomial limits at 4 standard errors of a share of 200.
 
-    Six loops have five degrees of freedom; where noise is coloured and loops differ, errors from
+    Six loops have five degrees of freedom; with coloured noise and loops that differ, errors from
     the residual of single samples would be several times too small.
     """
     loop = Loop(samples=400)
@@ -116,7 +116,7 @@ def test_intervals_cover_the_truth_as_often_as_they_say() -> None:
 
 @pytest.mark.parametrize("hysteresis", [1.0 * ARCMIN, 3.0 * ARCMIN])
 def test_a_transition_that_ends_behind_a_kink_does_not_move_it(hysteresis: float) -> None:
-    """Friction that turns round within a third of the amplitude bends the middle of the loop there.
+    """Friction that reverses within a third of the amplitude bends the middle of the loop there.
 
     Of 40 drives 95 %: the binomial limit at 4 standard errors is 33.
     """
@@ -180,7 +180,7 @@ def test_without_a_gap_there_is_none_above_a_stated_size() -> None:
 
 
 def test_a_curve_that_is_soft_for_long_has_a_soft_slope_and_no_gap() -> None:
-    """The shipped joint has a wind-up over some N m about zero, which its sheet gives as K1."""
+    """The shipped joint has a wind-up over some N m about zero, which its sheet states as K1."""
     joint = DATA / "joint"
     drive = read_drive(joint / "joint.toml")
     campaign = read_campaign(joint / "joint.csv.gz", ratio=drive.ratio)
@@ -216,7 +216,7 @@ def test_loops_below_the_second_knee_give_no_third_slope() -> None:
 
 
 def test_the_figures_follow_the_mean_curve_whatever_its_direction_of_use() -> None:
-    """A drive measured with both signs turned is the same drive."""
+    """A drive measured with both signs reversed is the same drive."""
     loop = Loop()
     turned = Campaign(
         [
@@ -332,8 +332,10 @@ def test_the_written_file_is_taken_by_every_other_command(
 
 
 WIDTHS_ARCMIN = pytest.mark.parametrize("width_arcmin", [0.3, 1.0])
-"""Widths of loops of Coulomb friction: what a drive can have, and one that no drive has. Its angle
-rises while the torque falls behind a tip, by more than the spring goes back."""
+"""Widths of loops of Coulomb friction: possible ones, and one that no drive has.
+
+Its angle rises while the torque falls after a tip, by more than the spring returns.
+"""
 
 
 def coulomb_loops(folder: Path, width_arcmin: float) -> tuple[Path, Path]:

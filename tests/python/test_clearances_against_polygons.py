@@ -2,7 +2,7 @@
 
 The polygons share no formula with the library (tests/brute_force). The designs are drawn at random
 over modules, pressure angles, shifts, tooth numbers, rims and generators; none of them is in a
-document. Bar: 0.005 arcmin, float64; 0.01 arcmin more in float32.
+document. Limit: 0.005 arcmin in float64, 0.01 arcmin more in float32.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ GENERATORS = ("cosine", "ellipse", "discs", "rollers", "two rollers", "ring")
 
 
 def random_design(seed: int) -> polygons.Design:
-    """Draw a drive that somebody might build: engagement, deflection and shifts near usual ones."""
+    """Draw a realistic drive: engagement, deflection and shifts near usual ones."""
     rng = np.random.default_rng(seed)
     kind = GENERATORS[seed % len(GENERATORS)]
     external = kind == "ring"
@@ -136,7 +136,7 @@ def test_random_designs_agree_with_turned_polygons(seed: int) -> None:
 
 
 def test_the_random_designs_are_worth_comparing() -> None:
-    """They touch, clear and interfere, at corners and between them."""
+    """The teeth touch, clear and interfere, at corners and between them."""
     gaps = []
     for seed in range(48):
         model = library_model(random_design(seed))
@@ -152,7 +152,8 @@ def test_the_random_designs_are_worth_comparing() -> None:
 def test_the_free_play_of_an_eccentric_generator_is_that_of_moved_polygons(
     direction_deg: float,
 ) -> None:
-    """Every tooth of both lobes is moved by the same vector, each by its own angle to it."""
+    """An eccentricity moves every tooth of both lobes by the same vector, each at its own angle to
+    it."""
     design = replace(REFERENCE_A, rigid_shift=3.15, deflection_mm=0.25)
     eccentricity_mm = 0.008
     nominal = library_model(design)

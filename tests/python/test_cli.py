@@ -119,7 +119,7 @@ def test_predict_shows_checks_that_fail(
     drawn["design"]["teeth"]["rigid_shift"] = 2.8
     assert main(["predict", str(write(drawn)), "--torque", "1:2:2"]) == 0
     shown = capsys.readouterr().out
-    # As in the answer, but in the unit of the table above it.
+    # As in the answer, but in the unit of the table above.
     found = re.search(r"check failed: smallest_gap (-[0-9.]+) arcmin, limit 0", shown)
     assert found is not None
     assert main(["predict", str(write(drawn)), "--torque", "1:2:2", "--json", "-"]) == 0
@@ -201,7 +201,8 @@ def test_a_map_on_the_command_line_goes_before_that_of_the_drive(
     drive = write(BOUGHT | {"columns": {"T": "torque_mNm"}})
     rows = "".join(f"{i},{i % 40},{1e-5 * (i % 40)}\n" for i in range(200))
     data = write("time_s,T,lost_motion_rad\n" + rows, "data.csv")
-    # A thousandth of the torque: the map that the drive file has is refused, with its correction.
+    # A thousandth of the torque: the map in the drive file is refused, and the message has its
+    # correction.
     assert main(["compare", str(drive), str(data)]) == 2
     assert "--map T=torque_Nm" in capsys.readouterr().err
     found = answer(capsys, "compare", str(drive), str(data), "--map", "T=torque_Nm")
@@ -331,17 +332,17 @@ LIGHT = {
     "lostmotion.files",
     "lostmotion.friction",
 }
-"""What help, version and complaints may import of the package."""
+"""Modules of the package that help, version and error messages may import."""
 
 HEAVY = {
     *("numpy", "scipy", "cffi", "threadpoolctl", "shtab"),
     *("pyarrow", "pandas", "dask", "distributed", "nicegui", "starlette", "plotly"),
 }
-"""What takes longer to import than they may take."""
+"""Modules that take longer to import than these may take."""
 
 
 def imported_by(*argv: str) -> tuple[int, set[str]]:
-    """Status of a command in a Python of its own, and all that it imported."""
+    """Status of a command in a separate Python process, and all that it imported."""
     code = (
         "import json, sys; from lostmotion.cli import main; status = main(sys.argv[1:]);"
         "print(json.dumps([status, sorted(sys.modules)]))"
@@ -458,9 +459,8 @@ def test_an_interrupted_process_leaves_with_130_and_no_file(tmp_path: Path) -> N
         stderr=subprocess.PIPE,
         text=True,
     )
-    # Opening the pipe waits until the command reads from it: it is at work then.
-    # A signal that falls into a moment in which Python cannot raise is lost, as with a key: it is
-    # pressed again.
+    # Opening the pipe waits until the command reads from it: then the command is running.
+    # A signal at a moment in which Python cannot raise is lost, as with a key: it is sent again.
     with drive.open("w"):
         for _ in range(6):
             process.send_signal(signal.SIGINT)

@@ -39,7 +39,7 @@ FloatArray = npt.NDArray[np.float64]
 SHEET = Catalogue(7.0, 25.0, 16e3, 25e3, 29e3)
 NOISE = 1.5 * ARCSEC
 HALF_WIDTH_NM = 40.0 * float(np.geomspace(*PLAY_RANGE, PLAYS)[5])
-"""Half width of the play that is put in: one of the bank of the baseline model, 6.1 N m."""
+"""Half width of the simulated play: one of the bank of the baseline model, 6.1 N m."""
 
 
 def torsion_curve() -> TorsionCurve:
@@ -67,7 +67,7 @@ def campaign(
 ) -> Campaign:
     """Synthesise recordings: slow torque cycles, one play, white noise.
 
-    The play's state continues from run to run; each run has an encoder zero of its own.
+    The play's state continues from run to run; each run has its own encoder zero.
     """
     random = np.random.default_rng(seed)
     curve = torsion_curve()
@@ -97,7 +97,8 @@ def campaign(
 def test_the_friction_that_was_put_in_is_found_and_the_rest_is_noise() -> None:
     result = compare(torsion_curve(), campaign(outside=0.0, inside=0.4, scale=1.1))
     assert result.friction == "inside"
-    # The narrowest play is narrower than a step of the torque, which tells next to nothing of it.
+    # The narrowest play is narrower than a step of the torque, which therefore hardly determines
+    # it.
     assert result.base.hysteresis.shares[1:].sum() == pytest.approx(0.4, abs=0.04)
     assert result.base.hysteresis.rise == pytest.approx(1.0, abs=0.05)
     assert result.base.hysteresis.shares[5] == pytest.approx(0.4, abs=0.06)
@@ -133,7 +134,7 @@ def test_the_base_is_that_of_the_diagnosis() -> None:
 def test_memory_goes_on_between_runs() -> None:
     data = campaign(noise=1e-9, inside=0.4, outside=0.0)
     carried = compare(torsion_curve(), data).rms_rad
-    # In another order of the runs their memory does not fit together.
+    # In another order of the runs their memory is not continuous.
     mixed = Campaign([data.runs[i] for i in (0, 4, 1, 6, 3, 2, 7, 5)])
     assert compare(torsion_curve(), mixed).rms_rad > 5 * carried
 
@@ -153,7 +154,7 @@ def test_some_runs_are_fitted_and_the_others_predicted() -> None:
     assert result.seen.tolist() == [True, False] * 3
     assert result.answer()["heldout_by"] == "runs not fitted"
     assert result.heldout_rms_rad == pytest.approx(NOISE, rel=0.25)
-    # What happens in a run that is only predicted does not touch the fit.
+    # A run that is only predicted does not influence the fit.
     other = campaign(6, amplitudes=(40.0, 20.0), inside=0.4, outside=0.0)
     other.runs[1].columns["lost_motion"] = 1.2 * other.runs[1].lost_motion_rad
     again = compare(torsion_curve(), other, fit_on=[1, 3, 5])
@@ -236,7 +237,7 @@ def test_white_noise_is_measured_as_it_is() -> None:
     c = Conditions(campaign(8))
     noise = np.random.default_rng(11).normal(0.0, NOISE, c.rows)
     assert repeatability_of(c, noise).within_rad == pytest.approx(NOISE, rel=0.02)
-    noise[::500] += 50.0 * NOISE  # slips are no noise
+    noise[::500] += 50.0 * NOISE  # slips are not noise
     assert repeatability_of(c, noise).within_rad == pytest.approx(NOISE, rel=0.1)
 
 
@@ -343,7 +344,7 @@ def real() -> Comparison:
 
 
 def test_real_loops_of_a_reducer_with_backlash_are_explained(real: Comparison) -> None:
-    # 575 arcmin of lost motion over the 40 N m cycles; the model leaves a fortieth of it.
+    # 575 arcmin of lost motion over the 40 N m cycles; the residual is a fortieth of it.
     assert real.explained_share > 0.99
     assert real.rms_rad / ARCSEC < 850
     assert real.heldout_rms_rad < 1.1 * real.rms_rad
@@ -354,7 +355,7 @@ def test_friction_in_series_helps_on_the_real_loops(real: Comparison) -> None:
     assert real.friction == "both"
     heldout = {name: error for name, (_, error) in real.frictions.items()}
     assert heldout["both"] < 0.7 * heldout["inside"]
-    # Half widths that grow with the load as well add next to nothing.
+    # Half widths that also grow with the load hardly improve the fit.
     assert heldout["both+load"] == pytest.approx(heldout["both"], rel=0.05)
 
 

@@ -1,7 +1,7 @@
 """Damaged inputs: a correct result, or status 2 with one clear line and no output file.
 
-The cases come from tests/fuzz/damaged_inputs.py, which runs as many as one likes. Below them stands
-each kind of damage that once led to something else.
+The cases come from tests/fuzz/damaged_inputs.py, which runs any number of them. Below them is each
+kind of damage that once had another result.
 """
 
 from __future__ import annotations

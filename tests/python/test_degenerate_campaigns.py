@@ -1,7 +1,7 @@
 """Campaigns with hardly any data: every command gives a result or refuses in one line.
 
-A side calculation (a root, an inverse, the logarithm of an estimate, a picture) that has no answer
-must never take the answer of its command with it.
+A secondary calculation (a root, an inverse, the logarithm of an estimate, a picture) that has no
+result must never prevent the answer of its command.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ Columns = dict[str, npt.NDArray[np.float64]]
 DRIVE = DATA / "drives" / "size_25.toml"
 SEED = 31
 RUNS = 8
-"""More than a diagnosis needs to name an effect."""
+"""More runs than a diagnosis needs to name an effect."""
 
 
 def one(
@@ -33,7 +33,7 @@ def one(
     noise_rad: float = 2e-6,
     **more: float | npt.NDArray[np.float64],
 ) -> Columns:
-    """One loop of torque, with other columns, that are at rest or as they are."""
+    """One loop of torque with other columns, constant or as measured."""
     phase = 2 * np.pi * np.arange(samples) / max(samples, 2)
     torque = largest_Nm * np.sin(phase)
     lost = torque / 4e4 + 1e-4 * np.tanh(torque / 5) + noise_rad * rng.standard_normal(samples)
@@ -55,7 +55,7 @@ def turning(run: Columns) -> Columns:
 
 
 def campaigns() -> Iterator[tuple[str, list[Columns]]]:
-    """What a campaign can lack, one thing each."""
+    """Things that a campaign can lack, one in each case."""
     rng = np.random.default_rng(SEED)
     several = range(RUNS)
     still = np.zeros(60)

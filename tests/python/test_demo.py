@@ -1,4 +1,4 @@
-"""The demonstration is complete, and every number of it equals that of the commands."""
+"""The demonstration is complete, and all its numbers equal those of the commands."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ PAGE_MAX = 8_000_000
 """Largest size of the report in bytes, with Plotly in it."""
 
 LIMIT_S = 120.0
-"""Processor time that the demonstration may take after set-up: other work on the machine is not its
-own."""
+"""Processor time that the demonstration may take after set-up, independent of other work on the
+machine."""
 
 
 def processor_s() -> float:
@@ -180,7 +180,7 @@ def test_its_recording_is_what_the_rig_writes(tmp_path):
     assert (tmp_path / "joint.toml").read_text() == (kept / "joint.toml").read_text()
     one, two = (read_campaign([folder / "joint.csv.gz"], ratio=100) for folder in (tmp_path, kept))
     assert one.rows == two.rows == 44200
-    # Another release of NumPy may round the last digit otherwise.
+    # Another release of NumPy may round the last digit differently.
     assert one.column("lost_motion") == pytest.approx(two.column("lost_motion"), abs=2e-6)
     with gzip.open(kept / "joint.csv.gz", "rt") as stream:
         assert stream.readline().strip().startswith("run,time_s,torque_Nm")

@@ -163,7 +163,7 @@ def test_a_design_becomes_a_torsion_curve_through_zero() -> None:
 
 @st.composite
 def designs(draw: st.DrawFn) -> Document:
-    """Draw designs whose ranges a designer would search; not all of them can be built."""
+    """Draw designs from ranges that a designer would search; not all of them can be built."""
     half = draw(st.integers(40, 160))
     module = draw(st.floats(0.1, 2.0))
     flexspline_shift = draw(st.floats(0.5, 5.0))
@@ -204,7 +204,7 @@ def evaluate(document: Document, torque: Any) -> Any:
     try:
         return build(document).torsion_curve(torque)
     except InputError as error:
-        # Teeth that cannot meet, or that run to a point before they meet, are no design.
+        # Teeth that cannot meet, or that are pointed before they meet, are not a design.
         assume("teeth that cannot touch" not in str(error) and "tooth_height" not in str(error))
         raise
 
@@ -339,7 +339,7 @@ def test_scaling_all_lengths_leaves_the_clearances(document: Document, factor: f
 @random_designs
 @given(designs())
 def test_both_precisions_agree_within_a_hundredth_of_an_arcmin(document: Document) -> None:
-    # A tooth that is on the engagement limit to the last bit may carry in one precision only.
+    # A tooth exactly on the engagement limit may carry load in only one precision.
     document["design"]["support"] = {"engagement_limit_deg": 43.21}
     design = parse_or_skip(document)
     torque = np.linspace(-1, 1, 9) * document["drive"]["rated_torque_Nm"]
@@ -350,8 +350,8 @@ def test_both_precisions_agree_within_a_hundredth_of_an_arcmin(document: Documen
     except InputError:
         assume(False)
         return
-    # Flanks of one slope touch along a stretch: the gap is sure there, the radius of contact is
-    # not, and with it the give of the tooth.
+    # Parallel flanks touch along a line: the gap is determined there, the radius of contact is not,
+    # nor is the compliance of the tooth.
     here, there = double.clearances(), single.clearances()
     both = np.isfinite(here.forward_rad) & np.isfinite(there.forward_rad)
     gap = np.abs(here.forward_rad[both] - there.forward_rad[both])
@@ -394,7 +394,7 @@ def test_two_constants_bring_reference_A_to_the_catalogue_of_size_20() -> None:
 
 
 KEYS = [key for key in design_keys() if key.range and key.kind == "real"]
-CHECKED_ELSEWHERE = {"contact_half_angle"}  # by the shape of the wave generator that has one
+CHECKED_ELSEWHERE = {"contact_half_angle"}  # by the shape of the wave generator, if it has one
 
 
 @pytest.mark.parametrize("key", KEYS, ids=lambda key: field_path(key.section, key))

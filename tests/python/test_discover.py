@@ -123,7 +123,7 @@ def test_the_same_recordings_give_the_same_answer(warm_gap):
 
 
 def turned_against(friction_Nm):
-    """Runs in which the input turns there and back, at three speeds, against friction."""
+    """Runs in which the input turns back and forth, at three speeds, against friction."""
     data = campaign(seed=5, warm=False)
     rng = np.random.default_rng(5)
     for r, run in enumerate(data.runs):
@@ -222,7 +222,8 @@ def test_what_takes_work_never_gives_it(name):
 
 @pytest.mark.parametrize(("off_Nm", "wide_Nm", "gap_arcsec"), [(1.5, 0.3, 9.0), (0.4, 0.1, 4.0)])
 def test_a_sensor_off_by_more_than_the_gap_is_wide_is_no_uneven_spring(off_Nm, wide_Nm, gap_arcsec):
-    """On a baseline that blurred the gap its tangent says less than that of a confounded effect."""
+    """If the baseline model has absorbed the gap in part, its tangent explains less than that of a
+    confounded effect."""
     data = campaign(seed=3, add=lambda columns, wound: gap_arcsec * np.tanh(wound / wide_Nm))
     for run in data.runs:
         run.columns["torque"] = run.columns["torque"] + off_Nm
@@ -242,7 +243,7 @@ def test_what_no_effect_explains_is_said_to_hang_on_torque():
 
 @pytest.mark.parametrize("zero", [5.0, 0.0], ids=["set to zero again", "stays"])
 def test_a_slip_is_placed_in_its_run_and_second(zero):
-    """And what later runs keep of it is no second cause."""
+    """The shift that remains in later runs is not a second cause."""
     diagnosis = diagnose(
         None,
         campaign(seed=4, slip=(6, 23.0, 8.0), zero=zero),
@@ -264,7 +265,7 @@ def test_a_slip_is_placed_in_its_run_and_second(zero):
 
 @pytest.mark.parametrize("lost_arcsec", [12.0, -30.0])
 def test_counts_that_the_input_lost_are_placed_in_their_run_and_second(lost_arcsec):
-    """The angle jumps with the lost motion, and no shape over the angle takes their place."""
+    """The angle jumps with the lost motion, and no shape over the angle replaces the events."""
     rng = np.random.default_rng(2)
     data = campaign(seed=6)
     for run in data.runs:
@@ -430,7 +431,7 @@ def test_a_law_of_wear_through_two_runs_is_held_to_what_is_usual(seed):
     assert block.prior.mean == [0.5]
     sd = block.prior.sd
     assert sd == pytest.approx([0.8 / (RUN_SCATTER * np.sqrt(500 * 12))])
-    # Weighed against the noise: the same law in noise of half the size is held half as tightly.
+    # Relative to the noise: with noise of half the size the same law is weighted half as much.
     base.noise_arcsec = 0.5
     again = next(block for block in base.blocks() if "wear.exponent" in block.names)
     assert again.prior is not None

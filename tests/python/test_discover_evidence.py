@@ -127,7 +127,7 @@ def test_the_level_is_shared_evenly_among_kinds_and_within_each():
     current = RecordedRound(Contest(evidence), candidates, {}, 0.0, nothing)
     paid = paid_by_kind(current)
     assert paid == {"ripple": 3 * 50, "run": 3 * 3, "effect": 3 * 6, "shape": 3}
-    # Where each passes with a chance of level / paid, all together do with the level.
+    # If each passes with a probability of level / paid, any of them passes with the level.
     tests = {"ripple": 50, "run": 3, "effect": 6}
     assert sum(count / paid[kind] for kind, count in tests.items()) == pytest.approx(1.0)
 
@@ -181,7 +181,7 @@ def test_many_runs_keep_the_flips_at_their_level():
 
 
 def test_what_all_runs_have_more_of_is_a_change_of_the_base_whatever_their_deviations_are():
-    # Else a shape that holds a constant would know the very deviations that it is to explain.
+    # Otherwise a shape with a constant would contain the deviations that it has to explain.
     base = BaselineModel(Conditions(campaign(seed=4)), RATED_NM, None)
     base.first_fit()
     base.deviations[:, :2] = np.random.default_rng(4).normal(size=(base.conditions.runs, 2)) * 0.05
@@ -196,7 +196,7 @@ def test_what_all_runs_have_more_of_is_a_change_of_the_base_whatever_their_devia
 
 
 def turning_campaign(seed: int = 1) -> Campaign:
-    """Loops with the input turning there and back at several speeds."""
+    """Loops in which the input turns back and forth at several speeds."""
     made = campaign(seed)
     for r, run in enumerate(made.runs):
         t = run.columns["time"]
@@ -244,8 +244,7 @@ def test_what_an_effect_in_the_model_does_counts_in_full_for_it(name):
     runs = base.conditions.runs
     settled = settle(base, Noise([np.zeros(0)] * runs, np.ones(runs)))
     contest, block = contest_of_term(settled, 0)
-    # Its power over the noise, but for what the baseline model and the scatter of the runs take of
-    # it.
+    # Its power over the noise, minus what the baseline model and the scatter of the runs absorb.
     power = float(np.sum((with_it - without) ** 2))
     assert contest.test(block).wald > 0.2 * power > 100.0
 
@@ -358,7 +357,7 @@ def test_what_the_friction_of_all_runs_shares_is_no_scatter():
     data = campaign(3)
     base = BaselineModel(Conditions(data), RATED_NM)
     base.first_fit()
-    # Half widths that fit no run: what they lack, every run lacks.
+    # Half widths that fit no run: their residual is in every run.
     base.hysteresis.radius_Nm = 0.8 * base.hysteresis.radius_Nm
     base.fit(steps=8)
     candidates, _ = make_candidates(base, library(), RATIO, waves(base))
@@ -367,7 +366,7 @@ def test_what_the_friction_of_all_runs_shares_is_no_scatter():
     friction = settled.base.deviations[:, 1]
     assert abs(friction.mean()) < 0.01
     floor = noise_floor(settled, noise_rms(noise, base))
-    # Noise of 1 arcsec, and what 0.3 % of stiffness and 2 % of friction make of it.
+    # Noise of 1 arcsec, with the scatter of 0.3 % in stiffness and 2 % in friction.
     assert 1.0 < floor < 1.3
 
 

@@ -84,7 +84,7 @@ def test_reml_recovers_the_scatter():
 
 
 def test_reml_slope_is_the_derivative_of_its_objective():
-    # The gradient is analytic: a wrong one shows as an optimum that is none.
+    # The gradient is analytic: if it is wrong, the found optimum is not one.
     evidence = data(3)
     contest = Contest(evidence)
     index = evidence.index()
@@ -100,7 +100,7 @@ def test_reml_slope_is_the_derivative_of_its_objective():
 @pytest.mark.parametrize("start", [1e-12, 1e-9, 1e-6, 1e-2, 1.0, 1e4])
 @pytest.mark.parametrize("scatter", [0.0, 0.02, 0.5, 20.0])
 def test_reml_comes_to_the_same_end_from_anywhere(start, scatter):
-    # Over the logarithm the objective is flat where a variance is next to nothing.
+    # Over the logarithm the objective is flat if a variance is nearly zero.
     for seed in range(2):
         evidence = data(seed, scatter=scatter)
         contest = Contest(evidence)
@@ -111,7 +111,7 @@ def test_reml_comes_to_the_same_end_from_anywhere(start, scatter):
 
 
 def test_variances_at_their_bounds_leave_a_run_with_one_direction_solvable():
-    # Whole numbers: beside the product the identity is lost to the last bit, and a pivot is 0.
+    # Integers: the identity vanishes by rounding beside the product, and a pivot is exactly 0.
     v = np.array([3.0, 4.0])
     gram = np.array([2.0**40 * np.outer(v, v), np.diag([2.0, 5.0])])
     omega = np.full(2, 2.0**30)
@@ -119,7 +119,7 @@ def test_variances_at_their_bounds_leave_a_run_with_one_direction_solvable():
         np.linalg.solve(np.eye(2) + gram * omega, gram)
     solved, log_det = without_scatter(gram, omega, gram)
     beside = 1.0 + 25 * 2.0**70
-    # What the scatter takes is all of it; the rest is far below the last bit.
+    # The scatter explains everything; the remainder is far below rounding.
     assert (gram[0] * omega) @ solved[0] == pytest.approx(gram[0], rel=1e-9)
     assert solved[1] == pytest.approx(np.diag([2 / (1 + 2 * 2.0**30), 5 / (1 + 5 * 2.0**30)]))
     assert log_det[0] == pytest.approx(np.log(beside), rel=1e-12)
@@ -127,7 +127,8 @@ def test_variances_at_their_bounds_leave_a_run_with_one_direction_solvable():
 
 
 def test_the_first_step_of_a_descent_to_the_bounds_ends_no_contest():
-    # A run says so much that the first step takes every variance to its bound; two equal columns.
+    # A run has so much information that the first step moves every variance to its bound; two equal
+    # columns.
     rng = np.random.default_rng(2)
     x, starts, run_of = ramps(RUNS, ROWS)
     both = np.column_stack((x, x))
