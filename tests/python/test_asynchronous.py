@@ -10,7 +10,8 @@ from lostmotion.recordings.asynchronous import check_asynchronous
 
 
 def turning(lag_s: float, every: int) -> Campaign:
-    """Two runs that turn to and fro; the output is joined late, or by its last value."""
+    """Two runs that turn back and forth; the output is joined with a delay, or by its last
+    value."""
     runs = []
     for label in (1, 2):
         time = np.arange(1500) * 0.01

@@ -104,7 +104,7 @@ def test_the_command_writes_a_drawing_that_a_search_takes_along(
     answer = json.loads(capsys.readouterr().out)
     factor = answer["constants"][0]["value"]
     assert files["calibrated"].read_text().startswith("# Calibrated to sheet up to")
-    assert main(words) == 2  # the file is there
+    assert main(words) == 2  # the file exists
     assert main([*words[:-1], str(tmp_path / "other.toml"), "--constants", "ring_facto"]) == 2
     assert "ring_factor" in capsys.readouterr().err
     assert not (tmp_path / "other.toml").exists()
@@ -114,7 +114,7 @@ def test_the_command_writes_a_drawing_that_a_search_takes_along(
     line = next(line for line in text.splitlines() if "support.ring_factor" in line)
     assert line.split()[0] == "fixed"
     assert float(line.split()[-1]) == pytest.approx(factor)
-    spec["search"]["fixed"]["support.ring_factor"] = 2.0  # what the spec says stays
+    spec["search"]["fixed"]["support.ring_factor"] = 2.0  # a value stated in the spec is kept
     assert "fixed support.ring_factor 2" in parse_spec(spec, str(tmp_path / "spec.toml")).text
     spec["search"]["calibrated_from"] = "drawing.toml"
     with pytest.raises(InputError, match="without calibrated constants"):

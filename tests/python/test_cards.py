@@ -48,11 +48,11 @@ OTHER_THINGS = {
     ),
     "thermal_gap": ("commands/parser.py", "effects/template.py"),  # examples in prose
 }
-"""Words that mean something else in a file as well."""
+"""Words that also have another meaning in a file."""
 
 
 def said_in(file: Path) -> set[str]:
-    """Words in the texts of a file that are no prose, and what it calls attributes."""
+    """Words in the strings of a file that are not prose, and its names of attributes."""
     tree = ast.parse(file.read_text())
     prose = {
         id(first.value)

@@ -41,7 +41,7 @@ def test_a_profile_runs_from_root_to_tip_without_a_corner_at_the_fillet(model: D
         angle = np.arctan2(*gear.half_pitch.T)
         assert np.all(np.diff(angle) > -1e-9)
         assert angle[-1] == pytest.approx(math.pi / gear.teeth, abs=1e-9)
-        # the arc is tangent to the flank and to the root circle: no step turns by a corner
+        # the arc is tangent to the flank and to the root circle: the polygon has no corner
         step = np.diff(gear.half_pitch, axis=0)
         turn = np.abs(np.diff(np.unwrap(np.arctan2(step[:, 1], step[:, 0]))))
         assert np.sum(turn > 0.35) <= 1  # the edge of the tip alone
@@ -69,7 +69,7 @@ def test_pins_touch_both_flanks_and_do_not_cut_them(model: DesignModel) -> None:
         reach = (pin.measure_mm - side * pin.diameter_mm) / 2
         middle = 0.0 if gear.internal else math.pi / gear.teeth
         centre = reach * np.array([math.sin(middle), math.cos(middle)])
-        # densely along the flank: the smallest distance is the pin's radius
+        # closely spaced along the flank: the smallest distance is the pin's radius
         base = float(
             model.drive.teeth.module_mm
             * gear.teeth
@@ -93,8 +93,8 @@ def test_a_span_is_the_distance_of_parallel_tangents_to_two_flanks(model: Design
         if found is None:
             continue
         k, width = found
-        # jaws turn to touch: the largest extent of k teeth across, at the angle where both flanks
-        # are parallel, is that of the flanks of the first and last tooth
+        # jaws turned until they touch: at the angle at which both flanks are parallel, the extent
+        # of k teeth is that of the flanks of the first and last tooth
         outline = gear.pitch()
         radius = np.hypot(*outline.T)
         flank = outline[(radius >= gear.form_radius_mm) & (radius < gear.tip_mm - 1e-9)]

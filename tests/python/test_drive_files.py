@@ -77,7 +77,7 @@ REFUSED_HEAD: list[tuple[dict[str, Any], tuple[str, ...]]] = [
     ({"catalogue.K2_Nm_per_rad": -1}, ("catalogue.K2_Nm_per_rad", "-1", "from 0.001 to 1e+12")),
     ({"catalogue.K2_Nm_per_rad": 10**400}, ("catalogue.K2_Nm_per_rad", "a finite number")),
     ({"drive.ratio_rad_per_rad": 1001}, ("drive.ratio_rad_per_rad", "drive.ratio as well")),
-    # What a sheet prints under "10^4 Nm/rad", and one of the three in N m/arcmin.
+    # Values of a sheet printed under "10^4 Nm/rad", and one of the three in N m/arcmin.
     (
         {f"catalogue.K{i}_Nm_per_rad": k for i, k in ((1, 3.1), (2, 5.0), (3, 5.7))},
         ("catalogue.K1_Nm_per_rad", "found 3.1 Nm/rad", "less than 0.5 rad", "power of ten"),
@@ -396,7 +396,7 @@ def test_what_the_file_leaves_open_is_listed_with_the_value_taken(drawn: Documen
     assert defaults["design.radial_chain"].endswith("in proportion to size")
     assert "design.flexspline.rim_thickness_mm" not in defaults
     assert defaults["design.generator.floating"] is True
-    # What the wave generator of this drive does not have is no value that was left open.
+    # A value that the wave generator of this drive does not have is not a missing value.
     assert "design.generator.cam_offset_mm" not in defaults
     assert "design.generator.eccentricity_angle_rad" not in defaults
     element = model.drive.torsion[2]
@@ -634,7 +634,7 @@ def test_a_bought_drive_has_no_clearances(bought: Document) -> None:
 
 
 def test_defaults_follow_the_values_that_the_file_gives() -> None:
-    """The wall is 0.6 of the rim, of the rim in the file and not of the one it would have had."""
+    """The wall is 0.6 of the rim stated in the file, not of the default rim."""
     document = copy.deepcopy(DRAWN)
     document["design"]["flexspline"] = {"rim_thickness_mm": 0.7}
     design = parse_drive(document).design

@@ -14,7 +14,7 @@ from lostmotion.effects.library import library
 from lostmotion.recordings import read_campaign
 
 EVERY = 20
-"""Rows of the demo's campaign that are taken."""
+"""Rows of the demo's campaign that are used."""
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +31,7 @@ def test_a_sweep_gives_the_bits_of_its_runs(conditions: Conditions, name: str) -
     function = effect.function
 
     def by_run(values: np.ndarray, run: Mapping[str, np.ndarray], memory: np.ndarray) -> np.ndarray:
-        angle = run["input_angle_rad"]  # which the C effects see within one turn
+        angle = run["input_angle_rad"]  # which the C effects get within one turn
         within = np.remainder(angle + np.pi, 2 * np.pi) - np.pi
         return function(values, {**run, "input_angle_rad": within}, memory)
 

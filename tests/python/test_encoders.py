@@ -1,6 +1,6 @@
 """Encoders: continuous readings stay unchanged, lost turns are restored, the rest is reported.
 
-Thousands of logs are made here, each from a motion of the output, a lost motion and two encoders.
+The test makes thousands of logs, each from a motion of the output, a lost motion and two encoders.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ MOTIONS = ("locked", "stations", "jumped stations", "turning", "swinging", "wand
 
 @dataclass
 class Log:
-    """A log: what the encoders read, and the truth."""
+    """A log: readings of the encoders, and the truth."""
 
     ratio: float
     motion: str
@@ -59,7 +59,7 @@ def output_of(motion: str, rows: int, rng: np.random.Generator) -> np.ndarray:
     stations = int(rng.integers(2, 12))
     at = rng.uniform(10, 80) * np.pi / 180
     level = np.floor(i * stations / rows)
-    if motion == "jumped stations":  # moves are not logged
+    if motion == "jumped stations":  # the moves are not in the log
         return at * level
     part = i * stations / rows - level
     return at * (level + np.clip((part - 0.7) / 0.3, 0, 1))
@@ -119,7 +119,7 @@ def test_thousands_of_logs(part: int) -> None:
         lost = columns["output_angle"] - columns["input_angle"] / log.ratio
         error = lost - log.lost_rad
         if np.ptp(error) > 1e-6 * TURN / abs(log.ratio):
-            # What is not restored is said to be open.
+            # A turn that is not restored is reported as uncertain.
             assert any(f.kind == "jump" or f.action == OPEN_ACTION for f in said), where
             open_logs += 1
         else:

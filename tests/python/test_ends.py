@@ -49,7 +49,7 @@ def test_what_stands_at_an_end_is_listed_with_its_price(
         for side, value in zip(("low", "high"), ends, strict=True)
         if float(best[key]) == pytest.approx(value, abs=1e-9)
     }
-    assert expected  # the search pushes something to its end
+    assert expected  # the search moves some variable to its bound
     result = design.search(spec, tmp_path / "again")
     ends = (result.certificate or {})["at_ends"]
     assert {end["key"]: end["end"] for end in ends} == expected

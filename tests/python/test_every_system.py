@@ -41,7 +41,7 @@ def asked_for(tree: ast.AST) -> set[str]:
 
 
 def tried(tree: ast.AST) -> set[ast.AST]:
-    """What stands where a missing name is answered (``except AttributeError``)."""
+    """Names used where a missing one is handled (``except AttributeError``)."""
     return {
         inner
         for node in ast.walk(tree)

@@ -20,7 +20,7 @@ Saved = dict[str, Any]
 
 
 def told(change: Callable[[dict[str, Any]], object]) -> Callable[[Saved], None]:
-    """Change what is stated beside the numbers."""
+    """Change the metadata beside the arrays."""
 
     def make(saved: Saved) -> None:
         about = json.loads(str(saved["about"]))
@@ -90,7 +90,7 @@ FINDINGS: dict[str, tuple[Callable[[Saved], None], str]] = {
     ),
     "a ratio of nothing": (told(lambda about: about.update(ratio=0)), "ratio"),
 }
-"""Found by fuzzing: a traceback each, before the values were checked."""
+"""Found by fuzzing: each caused a traceback before the values were checked."""
 
 
 @pytest.mark.parametrize("name", FINDINGS)

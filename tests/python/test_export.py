@@ -278,7 +278,7 @@ def test_flank_friction_of_a_design_makes_a_loop_that_grows_with_the_torque() ->
     parameters = build(make_controller(drive))
     wide = np.subtract(*evaluate(parameters, [60, 30, -60, 30])[[1, 3]])
     narrow = np.subtract(*evaluate(parameters, [60, 10, -60, 10])[[1, 3]])
-    # The torque has to come back through zero before the wide operators follow.
+    # The torque has to return through zero before the wide operators follow.
     assert 0 < narrow < wide
 
 
@@ -302,7 +302,7 @@ def test_fitted_drive_brings_its_own_torsion_curve_and_friction(
     controller = make_controller(read_drive(write(bought)))
     assert controller.torque_Nm.tolist() == [-134, -20, -2, 0, 2, 20, 134]
     assert list(controller.plays) == list(controller.inside) == [Play(1.0, 0.0, 0.25)]
-    # Torque up to 40 leaves the play 1 behind: 0.25 of it is missing from what winds up.
+    # At torques up to 40 the play lags by 1: 0.25 of it is missing from the torque that winds up.
     wound = 40 - 0.25 * 1.0
     expected = 2 * 1e-4 + 18 * 5e-5 + (wound - 20) * 2e-5
     assert evaluate(build(controller), [40.0]) == pytest.approx([expected], rel=1e-5)
@@ -363,7 +363,7 @@ def test_fit_hands_on_its_noise_and_its_ranges(write: Write, bought: dict[str, A
     }
     made = build(make_controller(read_drive(write(bought))))
     assert made.watch.noise_rad == pytest.approx(2.28 * ARCSEC)
-    bought["fit"]["heldout_rms_arcsec"] = 1.5  # what deviations make up for is no noise
+    bought["fit"]["heldout_rms_arcsec"] = 1.5  # what the deviations explain is not noise
     bounded = build(make_controller(read_drive(write(bought))))
     assert bounded.watch.noise_rad == pytest.approx(1.5 * ARCSEC)
     assert made.valid.torque_Nm == 60
@@ -447,7 +447,7 @@ def test_guarantee_wider_than_the_stiffnesses_bear_is_no_obstacle(
     assert any("upper limit, is more than its stiffnesses allow" in n for n in made.notes)
     falling, rising = evaluate(build(made), [rated_Nm, 0, -rated_Nm, 0])[[1, 3]]
     assert 0.3 * guaranteed_arcmin < (falling - rising) / ARCMIN < guaranteed_arcmin
-    # Right after a reversal the drive is stiffer than anywhere in its sheet, but yields.
+    # Right after a reversal the drive is stiffer than any value in its sheet, but not rigid.
     peak, after = evaluate(build(made), [rated_Nm, rated_Nm * (1 - 1e-3)])
     assert 0 < peak - after < rated_Nm * 1e-3 / sheet["K3_Nm_per_rad"]
 
@@ -512,7 +512,7 @@ def test_replay_of_a_log_that_begins_in_motion_sees_no_jolt(tmp_path: Path) -> N
     found = conditions(read_campaign([log], ratio=100).runs[0])
     assert np.allclose(found["input_velocity_rad_s"], 200, rtol=1e-6)
     assert np.max(np.abs(found["output_acceleration_rad_s2"])) < 1e-6
-    # The compensator counts a tick whose length is not told as one period.
+    # The compensator counts a tick of unknown length as one period.
     assert found["elapsed_s"][0] == 0
 
 

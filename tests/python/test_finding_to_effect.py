@@ -28,7 +28,7 @@ def drive() -> Drive:
 
 
 def turning() -> Campaign:
-    """Loops while the input turns on, 6 turns a run."""
+    """Loops while the input keeps turning, 6 turns per run."""
     data = campaign(rows=400)
     for run in data.runs:
         columns = run.columns

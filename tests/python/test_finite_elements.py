@@ -1,8 +1,8 @@
 """Torsion of the cup and deflection of the rim against an independent finite element solver.
 
-Bounds: the closed forms are those of thin walls, so they may differ by what the corner of cup and
-diaphragm and the thickness bring: 0.5 % of the stiffness of usual cups, 2 % of a thick one, 0.5 %
-of the deflection.
+Bounds: the closed forms are those of thin walls, so they may differ by the influence of the corner
+of cup and diaphragm and of the thickness: 0.5 % of the stiffness of usual cups, 2 % of a thick one,
+0.5 % of the deflection.
 """
 
 from __future__ import annotations
@@ -30,7 +30,8 @@ from brute_force.finite_elements import (
 STEEL_G_MPA = 8e4
 
 TOOTH_BOUND = 0.08
-"""Of a tooth as short as thick, no beam; Weber's tilt is that of a straight edge."""
+"""Error for a tooth as short as thick, which is not a beam; Weber's tilt is that of a straight
+edge."""
 
 
 @pytest.mark.parametrize(
@@ -59,7 +60,7 @@ def test_wall_and_diaphragm_in_series_are_the_cup(cup: Cup, bound: float) -> Non
     series = 1 / (1 / wall.stiffness_Nm_per_rad + 1 / diaphragm.stiffness_Nm_per_rad)
     found = cup_stiffness_Nm_per_rad(cup, STEEL_G_MPA)
     assert series == pytest.approx(found, rel=bound)
-    # Twice as many elements change it by a fifth of the bound at most.
+    # Twice as many elements change the result by a fifth of the bound at most.
     assert found == pytest.approx(cup_stiffness_Nm_per_rad(cup, STEEL_G_MPA, 24), rel=bound / 5)
 
 

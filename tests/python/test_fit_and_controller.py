@@ -1,4 +1,4 @@
-"""The controller computes what `fit` adds to a drive: every effect, in float32."""
+"""The controller computes in float32 every effect that `fit` adds to a drive."""
 
 from __future__ import annotations
 
@@ -30,14 +30,15 @@ SAMPLES = 3000
 PERIOD_S = 4e-3
 
 SWING = 200
-"""Samples in which one swing beyond all later ones wipes out where the friction stood at first."""
+"""Samples of a first swing beyond all later ones, which erases the start state of the friction."""
 
-# A rate is a line through seven samples for the fit and the last step for the controller. In a
+# The fit computes a rate from a line through seven samples, the controller from the last step. In a
 # uniform motion, away from its ends, both are the same.
 INNER = slice(SWING, -2 * RATE_WINDOW)
 
 ROUNDINGS = 20
-"""Of a float, of the largest angle: those of the conditions, the parameters and the arithmetic."""
+"""Rounding errors of the conditions, the parameters and the arithmetic, relative to the largest
+angle."""
 
 DRIVE = f"""
 [drive]
@@ -80,22 +81,22 @@ PLACES = ("inside", "both", "inside+load")
 """Form of the hysteresis (`lostmotion.friction`)."""
 
 OUTSIDE = 0.04
-"""Compliance of each play outside, over the least one of the torsion curve."""
+"""Compliance of each play outside, relative to the least of the torsion curve."""
 
 
 def put_friction_outside(base: BaselineModel) -> None:
-    """Friction in series with the spring as well, as much as leaves the model an inverse."""
+    """Friction also in series with the spring, limited so that the model has an inverse."""
     base.hysteresis.outside = np.full(PLAYS, OUTSIDE * float(base.curve.slopes.min()))
 
 
 def let_friction_grow(base: BaselineModel) -> None:
-    """Friction that grows with the load, beside that of constant width."""
+    """Friction that grows with the load, in addition to that of constant width."""
     base.hysteresis.allow_load()
     base.hysteresis.shares[base.hysteresis.growth > 0] = 0.05
 
 
 def fitted(campaign: Campaign, name: str, size: float) -> BaselineModel:
-    """A baseline model as a fit leaves it, with one effect of some multiple of its typical size."""
+    """A baseline model as from a fit, with one effect of a multiple of its typical size."""
     base = BaselineModel(Conditions(campaign), RATED_NM)
     stretches = np.arange(base.curve.slopes.size)
     base.curve.slopes = 11.0 - 0.25 * stretches
@@ -113,7 +114,7 @@ def fitted(campaign: Campaign, name: str, size: float) -> BaselineModel:
 
 
 def rounding(angle: npt.NDArray[np.float64]) -> float:
-    """What float32 may miss an angle by."""
+    """Permitted error of an angle in float32."""
     return float(ROUNDINGS * np.finfo(np.float32).epsneg * np.max(np.abs(angle)))
 
 
@@ -151,7 +152,7 @@ def fitted_file(base: BaselineModel, folder: Path) -> Path:
 
 
 def exported(base: BaselineModel, folder: Path) -> npt.NDArray[np.float64]:
-    """Lost motion in arc seconds that the controller computes, by way of the fitted drive file."""
+    """Lost motion in arc seconds that the controller computes from the fitted drive file."""
     controller = make_controller(read_drive(fitted_file(base, folder)), profile="full")
     tape = replay(build(controller), base.conditions.campaign).tapes[0]
     model_rad = tape.values[:, OUTPUTS.index("lost_motion_rad")]
@@ -173,7 +174,7 @@ def test_the_controller_computes_what_the_fit_predicts(
         let_friction_grow(without)
         let_friction_grow(base)
     predicted = base.at().angle
-    # The effect is there to be seen, far above the rounding.
+    # The effect is visible far above the rounding.
     assert np.max(np.abs((predicted - without.at().angle)[INNER])) > 1000 * rounding(predicted)
     difference = exported(base, tmp_path) - predicted
     assert np.max(np.abs(difference[INNER])) < rounding(predicted)
@@ -198,7 +199,7 @@ def test_replay_gives_the_bits_of_the_model_in_float32(
     parameters = build(make_controller(read_drive(fitted_file(base, tmp_path)), profile="full"))
     c = core(32)
     columns = {name: c.array(values) for name, values in conditions(campaign.runs[0]).items()}
-    # The first row has no row before it; the compensator takes its tick for one like the others.
+    # The first row has no row before it; the compensator assumes the usual period.
     assert columns["elapsed_s"][0] == 0
     columns["elapsed_s"][0] = parameters.limits.period_s
     recording = c.ffi.new("lm_recording *")

@@ -1,4 +1,4 @@
-"""Fits, tolerance classes and tooth grades: ISO 286, ISO 1328, kept from spec to result."""
+"""Fits, tolerance classes and tooth grades by ISO 286 and ISO 1328, from spec to result."""
 
 from __future__ import annotations
 
@@ -186,7 +186,7 @@ def test_a_search_keeps_fits_classes_and_grades(tmp_path: Path, small_spec: dict
     assert wide["tolerance_class"] == "JS6"
     assert tooth["it_grade"] == grades["tolerance.5.grade"]
     assert (ring["lower_mm"], ring["upper_mm"]) == (-0.009, -0.003)
-    # The library's own shares of the best point are those of the file read back.
+    # The library's shares of the best point equal those of the written file.
     budget = design_model(read_drive(tmp_path / "run" / "best.toml")).tolerance_budget()
     shares = [link["worst_percent"] for link in budget]
     found = [share["worst"] for share in result.certificate["tolerance_percent"]]

@@ -1,8 +1,8 @@
 """Double arcs and conjugate flanks against polygons that share no formula with the library.
 
 The rigid flank is swept by the tooth itself (tests/brute_force/arcs.py), then both are turned until
-they touch, as in test_clearances_against_polygons.py. Bar: 0.005 arcmin, float64; 0.01 arcmin more
-in float32. CI sees a few drives, among them those that were off the bar once; `./dev check` sets
+they touch, as in test_clearances_against_polygons.py. Limit: 0.005 arcmin in float64, 0.01 arcmin
+more in float32. CI tests a few drives, among them those that once failed; `./dev check` sets
 `LM_FLANK_DRIVES` to 200, 50 of each wave generator.
 """
 
@@ -31,9 +31,10 @@ ARCMIN = math.pi / 180 / 60
 BAR_ARCMIN = 0.005
 BAR_FLOAT32_ARCMIN = 0.01
 BAR_MODULES = 5e-6
-"""Of a conjugate flank against the swept one, whose positions and points are as far apart."""
+"""Error of a conjugate flank relative to the swept one, from the spacing of its positions and
+points."""
 BAR_RACK_MODULES = 5e-5
-"""What two steps of extrapolation leave of 0.04 modules: 2e-5 found."""
+"""Residual of 0.04 modules after two steps of extrapolation: 2e-5 found."""
 DRIVES = int(os.environ.get("LM_FLANK_DRIVES", "0"))
 SEEDS = range(DRIVES) if DRIVES else (0, 1, 2, 43, 126, 159)
 """By default a cam, an ellipse, discs; two minima beside a joint of the flank; a zone of contact
@@ -113,7 +114,7 @@ def random_document(seed: int, flank: str = "double_arc") -> dict[str, Any]:
 
 
 def brute_design(document: dict[str, Any]) -> polygons.Design:
-    """Give the same motion to the polygons."""
+    """Return the same motion for the polygons."""
     t, g = document["design"]["teeth"], document["design"]["generator"]
     return polygons.Design(
         deformation="internal",
@@ -226,16 +227,16 @@ def test_s_teeth_agree_with_swept_and_turned_polygons(seed: int) -> None:
 def test_conjugate_flanks_are_the_swept_ones_where_zones_and_pieces_change(
     flank: str, seed: int
 ) -> None:
-    """A zone greatest between two nodes alone, two maxima close together, a part that lies between
-    two corners, and corners whose slopes on both sides agree."""
+    """A zone that is the greatest only between two nodes, two maxima close together, a part between
+    two corners, and corners with equal slopes on both sides."""
     document = random_document(seed, flank)
     assert table_error_modules(document, swept_flank(document)) < BAR_MODULES
 
 
 @pytest.mark.parametrize(("flank", "seed"), [("double_arc", 64), ("s_tooth", 75)])
 def test_a_point_beyond_the_tip_makes_no_flank_in_float32_either(flank: str, seed: int) -> None:
-    """A search that ended where the tip does not reach the radius went on along its tangent: up to
-    0.09 arcmin too far."""
+    """A search that ended where the tip does not reach the radius was continued along its tangent,
+    with an error of up to 0.09 arcmin."""
     document = random_document(seed, flank)
     (wide, found), (narrow, rough) = made_mesh(document), made_mesh(document, 32)
     for radius in np.linspace(found.conjugate.low_mm, found.conjugate.land_mm, 99)[1:-1]:
@@ -281,7 +282,7 @@ def test_points_of_arcs_have_the_clearances_of_the_arcs(tmp_path: Path) -> None:
         found = model.clearances().forward_rad
         assert np.array_equal(np.isfinite(found), np.isfinite(arcs_rad))
         met = np.isfinite(found)
-        # a spline bends evenly where the arcs' curvature jumps
+        # a spline is smooth where the arcs' curvature jumps
         assert np.allclose(found[met], arcs_rad[met], rtol=0, atol=5e-4 * ARCMIN)
         assert model.torsion_curve([-5.0, 5.0]) is not None
 
@@ -419,7 +420,7 @@ def beside_the_rack_modules(teeth: int, kappa: float) -> np.ndarray:
 @pytest.mark.parametrize("kappa", [0.9, 0.95])
 def test_s_teeth_generate_the_rack_that_their_inventor_published(kappa: float) -> None:
     """Ishikawa, EP 0 266 972 B1: half the movement locus touches its point reflection on the other
-    gear, exactly so for racks. The generated flank goes there as 1 / z: extrapolated from 80,
+    gear, exactly so for racks. The generated flank approaches this as 1 / z: extrapolated from 80,
     160 and 320 teeth at the same rim."""
     few, more, most = (beside_the_rack_modules(teeth, kappa) for teeth in (80, 160, 320))
     once, twice = 2 * more - few, 2 * most - more
@@ -527,7 +528,7 @@ def made_outline(model: DesignModel, mesh: Any, rigid: bool) -> Any:
 def test_the_outline_that_bends_is_the_one_that_is_drawn(kind: str) -> None:
     """The drawing finds its fillet with a root finder, on the same flanks."""
     document = s_document(s_M=1.6) if kind == "s_teeth" else published_document()
-    if kind == "full_fillet":  # the rack's tip is rounder than the space is wide
+    if kind == "full_fillet":  # the rack's tip radius is too large for the width of the space
         document["design"]["teeth"].update(root_clearance=0.4, tooth_height=1.6)
     model, mesh = made_mesh(document)
     teeth, module = document["design"]["teeth"], document["design"]["teeth"]["module_mm"]

@@ -166,12 +166,12 @@ def export_of(drive_file: Path, folder: Path, kind: Kind, version: Version) -> W
 
 
 MADE: dict[tuple[str, Kind, Version], Written] = {}
-"""FMUs that a test has made already: the same drive gives the same bytes."""
+"""FMUs that a test has already made: the same drive gives the same bytes."""
 
 
 @pytest.fixture(scope="module", autouse=True)
 def kept_folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
-    """Folder in which FMUs live as long as the tests of this file."""
+    """Folder of the FMUs for the duration of the tests of this file."""
     MADE.clear()
     KEPT[:] = [tmp_path_factory.mktemp("fmus")]
     yield KEPT[0]
@@ -199,7 +199,7 @@ def with_effects(tmp_path: Path) -> Path:
 
 
 def inputs_of(limit_Nm: float) -> dict[str, Floats]:
-    """Loops within loops, a turning input, a drive that warms up."""
+    """Nested loops, a turning input, a drive that warms up."""
     time = np.arange(SAMPLES) * PERIOD_S
     return {
         "torque": 0.9 * limit_Nm * np.sin(40.0 * time) * np.cos(9.0 * time),
@@ -239,7 +239,7 @@ def run_model(controller: Controller, columns: dict[str, Floats], start: float =
 
 
 def feed(fmu: Running, columns: dict[str, Floats], *outputs: str) -> Floats:
-    """Step through columns and collect outputs, a row a sample."""
+    """Step through columns and collect outputs, one row per sample."""
     rows = []
     for k in range(SAMPLES):
         fmu.step(**{name: float(column[k]) for name, column in columns.items()})
@@ -270,7 +270,7 @@ def test_the_fmus_of_a_shipped_drive(drive_file: Path, version: Version, tmp_pat
     angles = {name: columns[name] for name in columns if name != "torque"}
     torque, again = feed(inverse, angles | {"output_angle": angle}, "torque", "lost_motion").T
     inverse.close()
-    # lm_invert_model's bound: where the drive yields little, a rounding of the angle is much torque
+    # lm_invert_model's bound: if the drive is stiff, a rounding of the angle is a large torque
     np.testing.assert_allclose(again, known, rtol=0, atol=1e-12)
     np.testing.assert_allclose(
         torque, columns["torque"], rtol=0, atol=1e-9 * controller.torque_limit_Nm
@@ -412,7 +412,7 @@ def test_a_state_goes_on_as_the_original_did(
 
     go(fmu, first)
     if kind != "compensator":
-        fmu.set("torque_limit", 120.0)  # a parameter that was set, and is not yet in force
+        fmu.set("torque_limit", 120.0)  # a parameter that was set, but is not yet active
     state = fmu.save()
     stored = fmu.pickled(state)
     second = {name: column[half:] for name, column in columns.items()}
@@ -465,7 +465,7 @@ def test_directional_derivatives_are_those_of_the_next_step(
     up, down = (fmu.derivative("lost_motion", "torque", sign) for sign in (1.0, -1.0))
     assert up > 0 > down
     assert fmu.get("stiffness")[0] == pytest.approx(1.0 / up, rel=1e-6)
-    assert -down < 0.9 * up  # the drive is stiffer against the direction it was loaded in
+    assert -down < 0.9 * up  # the drive is stiffer against the direction of the last load
     assert fmu.derivative("output_angle", "input_angle") == pytest.approx(
         1.0 / ratio + fmu.derivative("lost_motion", "input_angle"), rel=1e-9
     )

@@ -1,4 +1,4 @@
-"""What the form of the baseline model cannot follow: its columns, its variance, its effect."""
+"""Form error of the baseline model: its columns, its variance, its effect."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_what_runs_of_one_load_share_is_no_effect_and_no_scatter():
     assert answer["effects"] == ["thermal_gap"]
     said = [what["shape"] for what in answer["unexplained"]["depends_on"]]
     assert said == [HYSTERESIS_FORM]
-    # Noise of 1 arcsec; the scatter that the campaign has makes it 1.06.
+    # Noise of 1 arcsec; with the scatter of the campaign it is 1.06.
     assert answer["noise"]["within_runs_arcsec"] == pytest.approx(1.0, rel=0.15)
     assert answer["noise_floor_arcsec"] == pytest.approx(1.06, rel=0.15)
 

@@ -20,7 +20,7 @@ STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror
 
 
 def everything() -> Effect:
-    """Every operator and function at once."""
+    """A formula with every operator and function."""
     return formula(
         "everything",
         "size_rad * (sin(2*pi*output_turns) + cos(input_angle_rad) ** 3 - tanh(wound_Nm / width_Nm)"

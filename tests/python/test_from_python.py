@@ -1,4 +1,4 @@
-"""Typical input from a notebook: it works, or one line states what to write."""
+"""Typical input from a notebook works, or one line states what to write."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from lostmotion.recordings import QUANTITIES, Campaign
 from lostmotion.torsion_curve import TorsionCurve
 
 LINE = 400
-"""Longest repr, in characters: it is in a cell of a notebook, and in a message."""
+"""Longest repr in characters: it appears in a cell of a notebook and in messages."""
 
 
 @pytest.fixture(scope="module")
@@ -93,7 +93,7 @@ def test_a_drive_is_enough(
     assert found.answer() == other.answer()
     again = fit_model(drive, warm, torsion_curve, ["thermal_gap"], library())
     np.testing.assert_array_equal(fitted.values, again.values)
-    # Of its torsion curve alone the rated torque is not known, by which operators are spaced.
+    # From its torsion curve alone the rated torque is unknown, which determines the operators.
     by_drive, by_curve = compare(drive, warm).answer(), compare(torsion_curve, warm).answer()
     assert by_drive["rms_arcsec"] == pytest.approx(by_curve["rms_arcsec"], rel=1e-3)
     assert by_drive["rms_arcsec"] == pytest.approx(found.ladder[0]["rms_arcsec"], rel=1e-12)

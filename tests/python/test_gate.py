@@ -1,4 +1,4 @@
-"""The gate: each mistake is refused before any fit; the suggested correction gives the result."""
+"""The gate refuses each mistake before any fit; the suggested correction gives the right result."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from lostmotion.recordings import Campaign, read_campaign
 from lostmotion.workbench.bench import Bench
 
 EVERY = 10
-"""Rows of the demo's campaign that are taken."""
+"""Rows of the demo's campaign that are used."""
 
 Columns = dict[str, np.ndarray]
 NAMES = ("time_s", "torque_Nm", "input_angle_rad", "output_angle_rad", "temperature_C")
@@ -58,7 +58,7 @@ def sheet() -> dict[str, Any]:
 
 
 def pasted(reading: str, drive: str) -> list[str]:
-    """Do what a reading says: write keys into the drive file, return the maps."""
+    """Apply a suggested correction: write keys into the drive file, return the maps."""
     paste = reading.split(": ", 1)[1]
     if paste.startswith("--map"):
         words = shlex.split(paste)
@@ -76,7 +76,7 @@ def pasted(reading: str, drive: str) -> list[str]:
 
 
 def by(name: str, factor: float) -> Callable[[Columns, dict], None]:
-    """Write a column in another unit than its name says, or turned round."""
+    """Write a column in another unit than its name states, or with the sign reversed."""
 
     def damage(columns: Columns, _: dict[str, Any]) -> None:
         columns[name] = columns[name] * factor
@@ -85,7 +85,7 @@ def by(name: str, factor: float) -> Callable[[Columns, dict], None]:
 
 
 def both(factor: float) -> Callable[[Columns, dict], None]:
-    """Write both angles in another unit than their names say."""
+    """Write both angles in another unit than their names state."""
 
     def damage(columns: Columns, _: dict[str, Any]) -> None:
         for name in ("input_angle_rad", "output_angle_rad"):
@@ -95,7 +95,7 @@ def both(factor: float) -> Callable[[Columns, dict], None]:
 
 
 def named(old: str, new: str) -> Callable[[Columns, dict], None]:
-    """Give columns whose numbers are right the name of another unit."""
+    """Give columns with correct numbers the name of another unit."""
 
     def damage(columns: Columns, _: dict[str, Any]) -> None:
         for name in [name for name in columns if name.endswith(old)]:
@@ -119,7 +119,7 @@ def ratio(value: float) -> Callable[[Columns, dict], None]:
 
 
 def stiffness(factor: float, unit: str) -> Callable[[Columns, dict], None]:
-    """Write the stiffnesses in another unit than their keys say."""
+    """Write the stiffnesses in another unit than their keys state."""
 
     def damage(_: Columns, drive: dict[str, Any]) -> None:
         sheet = drive["catalogue"]
@@ -170,7 +170,7 @@ def test_the_line_repairs_the_mistake(tmp_path: Path, clean: Columns, mistake: s
         written(tmp_path, columns, drive)
         again = read(*files, pasted(said, files[0]))
         torque, lost = again.column("torque"), again.column("lost_motion")
-        # Turned round as a whole the answer is the same.
+        # With all signs reversed the answer is the same.
         sign = np.sign(float(torque @ right.column("torque")))
         error = max(
             np.ptp(sign * torque - right.column("torque")) / np.ptp(torque),

@@ -22,7 +22,7 @@ SHEET = Path(__file__).parents[1] / "data" / "drives" / "size_25.toml"
 
 UP = [0, 5, 10, 15, 20, 30, 40, 50, 60]
 PATH = [*UP, *UP[-2::-1], *[-t for t in UP[1:]], *[-t for t in UP[-2::-1]]]
-"""Torques of a full hand test: up, back, the other way, and back."""
+"""Torques of a complete manual test: up, back, in the other direction, and back."""
 
 HALF = 0.1 * ARCMIN
 
@@ -59,7 +59,7 @@ def campaign_of(table: np.ndarray) -> Campaign:
 
 
 def test_intervals_of_few_readings_cover_the_truth() -> None:
-    """Of 200 tests by hand 95 % and not much less: 4 binomial standard errors are 6 %.
+    """Of 200 manual tests 95 % and not much less: 4 binomial standard errors are 6 %.
 
     The interval of a knee between readings is by its profile likelihood on a grid, and wider.
     """

@@ -1,4 +1,4 @@
-"""Leave-one-run-out errors: the estimate from one step against a fit without the run."""
+"""Leave-one-run-out errors: the estimate from one step compared with a fit without the run."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def worn_gap(columns, wound):
 
 
 def worn() -> BaselineModel:
-    """A baseline model with wear that three runs show, each more than the last; fitted."""
+    """A fitted baseline model with wear in three runs, each with more than the one before."""
     data = campaign(5, RUNS)
     for run, cycles in zip(data.runs, [0.0] * (RUNS - 3) + [2e4, 1e5, 1.5e6], strict=True):
         run.columns["cycles"] = np.full(len(run), cycles)
@@ -42,7 +42,7 @@ def worn() -> BaselineModel:
 
 
 def without(base: BaselineModel, run: int) -> float:
-    """Error of a run, arc seconds, under a fit to the others that comes to its end."""
+    """Error of a run with a converged fit to the others, arc seconds."""
     starts = base.conditions.starts
     at = slice(int(starts[run]), int(starts[run + 1]))
     rows = np.ones(base.conditions.rows, dtype=bool)

@@ -1,6 +1,6 @@
 """Load capacity against catalogues: rated torque passes, ratcheting torque fails, for every size.
 
-Geometry is the textbook's for the size; no dimension of a maker is known here.
+The geometry is the textbook's for the size; dimensions of makers are unknown.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ def test_ratcheting_torque_fails(size: int, ratio: int, torque_Nm: float) -> Non
     document["drive"]["rated_torque_Nm"] = float(torque_Nm)
     broken = [name for name, check in checks(document).items() if check.margin < 0]
     assert "bearing_life" in broken
-    # The figure overestimates, least at the usual ratios; the factor of the check covers it.
+    # The figure is too large, least at the usual ratios; the factor of the check covers this.
     assert ratio < 80 or "ratcheting_torque" in broken
     assert rated < torque_Nm < figure < 4 * torque_Nm
 

@@ -1,8 +1,8 @@
-"""How the pairs share a torque, against finite elements of the whole toothed rim.
+"""Shares of the pairs in a torque, compared with finite elements of the whole toothed rim.
 
-Geometry, gaps and the supports' own compliance are the library's, which other tests examine. All
-that gives under load comes from finite elements here and from the library there: teeth, tilt and
-the rim between its supports. The library leaves out that a loaded tooth bends its neighbours.
+Geometry, gaps and the supports' own compliance are the library's, which other tests examine. The
+compliances of teeth, tilt and the rim between its supports are from finite elements on one side and
+from the library on the other. The library neglects that a loaded tooth bends its neighbours.
 """
 
 from __future__ import annotations
@@ -42,14 +42,14 @@ BACKING_MM = 4.0
 """Ring behind the rigid gear's teeth, held at its outer edge."""
 
 RACE_MM = 0.025
-"""The thinnest that is accepted: the rim of the finite elements has no race."""
+"""The thinnest accepted race: the rim of the finite elements has none."""
 
 LARGEST_BOUND = 1.15
 """Of the largest force over that of the finite elements. Elements half as large change that by 1 %.
 """
 
 MOVED_BOUND = 0.25
-"""Part of the load that other pairs may carry."""
+"""Share of the load that other pairs may carry."""
 
 STRIBECK = 4.37
 """The most loaded ball of a bearing with rigid rings carries this times the mean force."""
@@ -170,10 +170,11 @@ def test_the_same_pairs_share_a_torque_as_by_finite_elements(tmp_path: Path) -> 
     )
     found = forces_under(model.rated_torque_Nm, ring + teeth, arm, gap)
     ours = np.array([carried.get(i, 0.0) for i in chosen])
-    # Both carry the torque.
+    # Both models carry the torque.
     assert 2e-3 * ours @ arm == pytest.approx(model.rated_torque_Nm, rel=1e-9)
     assert 2e-3 * found @ arm == pytest.approx(model.rated_torque_Nm, rel=1e-6)
-    # The same pairs carry; the largest force is larger by what the neighbours do not take.
+    # The same pairs carry; the largest force is larger by the share that the neighbours do not
+    # carry.
     assert [k for k, f in zip(numbers, found, strict=True) if f > 0] == [
         k for k, f in zip(numbers, ours, strict=True) if f > 0
     ]

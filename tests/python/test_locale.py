@@ -1,4 +1,4 @@
-"""Files have a decimal point in every locale, whenever it is set."""
+"""Files have a decimal point in every locale, no matter when it is set."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ sys.exit(cli.main(words))
 
 @pytest.fixture(scope="module")
 def locales(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder of locales, made here: the system stays as it is."""
+    """A folder of locales made by the test: the system is not changed."""
     folder = tmp_path_factory.mktemp("locales")
     if shutil.which("localedef") is None:
         pytest.skip("no localedef: apt install libc-bin locales")

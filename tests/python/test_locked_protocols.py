@@ -31,10 +31,10 @@ def written(folder: Path, columns: dict[str, np.ndarray], name: str = "log.csv")
 
 
 def locked_output(ratio: float, stiffness: float = 3e4) -> dict[str, np.ndarray]:
-    """A motor that winds up a gear whose output is bolted to the ground, in the motor's own terms.
+    """A motor that winds up a gear with a locked output, in the motor's angle and torque.
 
-    By the energy of the spring alone: E = K (theta / ratio)^2 / 2, so the motor's torque is dE /
-    dtheta = K theta / ratio^2.
+    From the energy of the spring: E = K (theta / ratio)^2 / 2, so the motor's torque is dE / dtheta
+    = K theta / ratio^2.
     """
     theta = 0.3 * np.sin(np.linspace(0.0, 4 * np.pi, 400))
     torque = stiffness * theta / ratio**2
@@ -73,7 +73,7 @@ def test_a_motor_that_pushes_forward_is_a_negative_torque_on_the_output(tmp_path
 
 
 def test_a_real_log_reads_as_with_the_map_that_was_made_by_hand() -> None:
-    """Signs and sizes of the printed reducer: its drive file turns both columns round."""
+    """Signs and sizes of the printed reducer: its drive file reverses both columns."""
     file = CYCLOIDAL / "base_onyx_runin5.csv"
     drive = read_drive(CYCLOIDAL / "drive.toml")
     by_hand = read_campaign(file, ratio=drive.ratio, mapping=drive.columns)

@@ -1,4 +1,4 @@
-"""One recording in formats of many programs: read as the clean copy, or refused in one line."""
+"""One recording in formats of many programs is read as the clean copy, or refused in one line."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Dress = Callable[[], "str | bytes"]
 
 
 def rows() -> Rows:
-    """Two loops of forty samples; numbers with the digits that a logger writes."""
+    """Two loops of forty samples, with the digits that a logger writes."""
     made = []
     for i in range(80):
         torque = 40 * np.sin(2 * np.pi * (i % 40) / 40)
@@ -81,7 +81,7 @@ def two_clocks(sec: str, rest: str, ns: int) -> str:
 
 
 def inserted(line: int, *texts: str, end: str = "") -> str:
-    """Write the clean copy with lines put in."""
+    """Write the clean copy with inserted lines."""
     lines = table().splitlines()
     lines[line:line] = texts
     return "\n".join(lines) + "\n" + end

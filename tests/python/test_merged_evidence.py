@@ -79,7 +79,7 @@ def test_the_smallest_detectable_is_that_of_all_recordings(
     assert {"thermal_stiffness", "wear"} & both
     for name in both:
         assert found[name]["unit"] == whole[name]["unit"]
-        # Linearised at the bases of two halves, not at that of all.
+        # Linearised at the baseline models of two halves, not at that of all runs.
         assert 1 / 3 < found[name]["value"] / whole[name]["value"] < 3, name
 
 
@@ -140,7 +140,7 @@ def test_runs_that_stand_apart_are_named_by_their_campaign() -> None:
 
 
 def friction_that_grows(columns: dict[str, Any], wound: Any) -> Any:
-    """Friction in proportion to the load, and a gap that warmth opens: both large."""
+    """Friction proportional to the load, and a gap that opens with temperature: both large."""
     torque = columns["torque"]
     plays = run_plays(np.array([0.5, 1.5]), torque, 0.0).sum(axis=1)
     return 5.0 * plays * np.abs(torque) / RATED_NM + 3.0 * gap(columns, wound)

@@ -126,7 +126,8 @@ def test_the_step_does_not_change_the_lost_motion(drive_file: Path) -> None:
 
 
 def watch_energy(placed: Placed, scale_Nm: Floats) -> None:
-    """Apply random torques to both hinges, then none: no more comes out than went in."""
+    """Apply random torques to both hinges, then none: the released energy does not exceed the
+    supplied one."""
     model, data = placed.model, mujoco.MjData(placed.model)
     rng = np.random.default_rng(3)
     momentum = np.zeros(2)
@@ -135,7 +136,7 @@ def watch_energy(placed: Placed, scale_Nm: Floats) -> None:
         if k % 20 == 0:
             data.qfrc_applied[:] = rng.normal(size=2) * scale_Nm if k < 2000 else 0.0
         mujoco.mj_step(model, data)
-        # The torque is constant over a step, its work that along the way which was gone.
+        # The torque is constant over a step; its work is torque times motion.
         work += model.opt.timestep * float(data.qfrc_applied @ data.qvel)
         mujoco.mj_mulM(model, data, momentum, data.qvel)
         motion = 0.5 * float(data.qvel @ momentum)
@@ -148,7 +149,8 @@ def watch_energy(placed: Placed, scale_Nm: Floats) -> None:
 @pytest.mark.parametrize("step_s", [*STEPS_S, 1e-2])
 @pytest.mark.parametrize("armature", [0.1, 1e-3])
 def test_no_energy_is_created(with_effects: Path, step_s: float, armature: float) -> None:
-    """Random torques on both sides, then none: the motion never holds more than what they did."""
+    """Random torques on both sides, then none: the energy of the motion never exceeds their
+    work."""
     for file in (JOINT, with_effects):
         scale = np.array([10.0 * min(1.0, 10 * armature), 50.0])
         watch_energy(put_drives(one_joint(step_s, armature), {"elbow": file}), scale)
@@ -165,7 +167,7 @@ def test_the_kinematic_error_moves_the_output_and_the_input_feels_it(with_effect
     assert list(placed.drives[0].set_aside) == ["torque_offset"]
     model, data = placed.model, mujoco.MjData(placed.model)
     ratio = read_drive(with_effects).ratio
-    data.qvel[0] = 0.005  # slow, for the damping of the step lags behind
+    data.qvel[0] = 0.005  # slow, because the damping lags by a step
     angle, lost = [], []
     for _ in range(16000):
         mujoco.mj_step(model, data)
@@ -176,7 +178,7 @@ def test_the_kinematic_error_moves_the_output_and_the_input_feels_it(with_effect
     assert share == pytest.approx([1e-4, 3e-5], rel=0.1, abs=5e-6)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    assert data.qfrc_passive[0] != 0.0  # at rest the teeth hold the input where the error stands
+    assert data.qfrc_passive[0] != 0.0  # at rest the teeth hold the input at the kinematic error
 
 
 def test_a_state_that_is_set_back_goes_on_as_before(with_effects: Path) -> None:
@@ -206,7 +208,7 @@ def test_a_state_that_is_set_back_goes_on_as_before(with_effects: Path) -> None:
     assert go(other, torques[150:]) == known
     go(data, torques[:150])
     assert go(data, torques[150:]) == known
-    # A look at another place, without a step, leaves no trace.
+    # An evaluation at another position, without a step, changes nothing.
     mujoco.mj_resetData(model, data)
     go(data, torques[:150])
     kept = data.qpos.copy()

@@ -1,4 +1,4 @@
-"""A new drive file: textbook proportions that keep their checks, every key explained."""
+"""A new drive file: textbook proportions that pass all checks, every key explained."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def test_every_key_of_a_design_stands_in_the_file_and_the_file_means_what_was_ma
     read, expected = design_model(read_drive(file)), design_model(parse_drive(made))
     for one, other in zip(read.checks(), expected.checks(), strict=True):
         assert one.margin == pytest.approx(other.margin, rel=1e-9, abs=1e-12)
-    # What stands as a comment is what is taken: written in, it changes nothing.
+    # The values in comments are the defaults: stated, they change nothing.
     filled = re.sub(r"^# (\w+ = \S+)$", r"\1", text, flags=re.M)
     assert filled != text
     file.write_text(filled)

@@ -46,7 +46,7 @@ def conditions(runs: int, rows: int = 200) -> Conditions:
 
 
 def left(c: Conditions, rng: np.random.Generator, colour: float, scatter: float) -> np.ndarray:
-    """What a fit leaves of noise: each run about its zero, its slope scattering."""
+    """Residual of noise after a fit: each run about its zero, with scatter of the slope."""
     parts = []
     for at in c.slices():
         noise = lfilter([1.0], [1.0, -colour], rng.normal(size=at.stop - at.start + 50))[50:]
@@ -64,7 +64,7 @@ def test_no_covariate_is_significant_more_often_than_its_p_says(
     alarms: Counter[str] = Counter()
     for trial in range(TRIALS):
         for failure in where_it_fails(c, left(c, rng, colour, scatter), trial):
-            # Runs whose slopes scatter do differ: that is what `run` is there to say.
+            # Runs whose slopes scatter do differ: `run` has to report this.
             if failure.covariate != "run" or scatter == 0:
                 alarms[failure.covariate] += failure.p <= 0.05
     assert len(alarms) >= 10
@@ -75,7 +75,7 @@ def test_no_covariate_is_significant_more_often_than_its_p_says(
 def test_a_zero_and_a_misfit_that_all_runs_share_are_no_difference_between_runs(
     shift: float,
 ) -> None:
-    # Runs of three amplitudes see three parts of one misfit: about its own mean each has another.
+    # Runs of three amplitudes contain three parts of one misfit, each about another mean.
     c = conditions(12)
     rng = np.random.default_rng(6)
     zeros = shift * rng.normal(size=12)[c.run_of]
@@ -111,7 +111,7 @@ def test_a_between_run_covariate_keeps_its_level_in_few_runs() -> None:
 
 
 def test_rows_that_count_as_independent_would_cry_wolf() -> None:
-    # The same residual with a block for every row: what whole blocks are there for.
+    # The same residual with a block for every row, which shows why whole blocks are needed.
     rng = np.random.default_rng(4)
     alarms = 0
     for _ in range(40):

@@ -42,7 +42,7 @@ def made(seed: int, *, coloured: bool = False, size: float = 0.0) -> Evidence:
 
 @pytest.fixture(scope="module")
 def judged():
-    """All candidates of many bodies of evidence in which there is nothing."""
+    """All candidates of many sets of evidence without any effect."""
     return [
         [contest.test(f"{k}") for k in range(CANDIDATES)]
         for contest in (Contest(made(seed)) for seed in range(40))
@@ -51,7 +51,7 @@ def judged():
 
 def test_p_of_the_f_test_is_what_it_says_and_not_far_more_careful(judged) -> None:
     p = np.array([result.p for row in judged for result in row])
-    # The candidates of one body share its noise: a bound for fewer trials than there are.
+    # The candidates of one set share its noise: a bound for fewer trials than candidates.
     for level in (0.01, 0.05, 0.2):
         assert np.count_nonzero(p <= level) / p.size <= most(200, level) / 200
     assert np.count_nonzero(p <= 0.2) / p.size >= fewest(200, 0.2) / 200
@@ -64,7 +64,7 @@ def test_p_of_the_sign_flips_is_what_it_says(judged) -> None:
 
 
 def test_all_gates_together_keep_five_percent_over_all_candidates(judged) -> None:
-    # Bonferroni over the candidates: one body of evidence is one trial.
+    # Bonferroni over the candidates: one set of evidence is one trial.
     alarms = sum(any(accepted(result, CANDIDATES) for result in row) for row in judged)
     assert alarms <= most(40, 0.05)
 
@@ -79,7 +79,7 @@ def test_coloured_noise_does_not_look_like_an_effect() -> None:
 
 
 def test_colour_that_is_not_whitened_would() -> None:
-    # The same with white noise in the model: what the test above is there to find.
+    # The same with white noise in the model, an error that the test above has to find.
     alarms = 0
     for seed in range(100, 120):
         rng = np.random.default_rng(seed)
@@ -101,7 +101,7 @@ def test_intervals_from_the_covariance_hold_the_truth_as_often_as_they_say(size:
         result = Contest(evidence).test("0")
         scale = evidence.scale[evidence.blocks["0"]][0]
         error = np.sqrt(result.covariance[0, 0]) / scale
-        # A between-run effect with 14 runs has no more than their freedom.
+        # A between-run effect with 14 runs has no more degrees of freedom than runs.
         limit = stats.t.isf(0.025, RUNS - 3)
         outside += abs(result.coefficients[0] / scale - size) > limit * error
     assert fewest(trials, 0.05) <= outside <= most(trials, 0.05)

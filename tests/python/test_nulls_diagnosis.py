@@ -22,7 +22,7 @@ RUNS, ROWS = 9, 240
 
 
 def with_noise(seed: int, kind: str) -> Campaign:
-    """A clean campaign with another noise than white Gaussian."""
+    """A clean campaign with noise other than white Gaussian."""
     data = campaign(seed=seed, runs=RUNS, rows=ROWS, noise=0.0)
     rng = np.random.default_rng(seed + 1000)
     for run in data.runs:
@@ -46,8 +46,8 @@ def test_noise_of_another_kind_names_nothing(kind: str) -> None:
 
 
 def test_standard_errors_of_a_fit_are_what_they_say() -> None:
-    # Nothing depends on temperature here: the fitted value is noise and scatter, and its error
-    # has to state how much of them.
+    # Nothing depends on temperature: the fitted value is noise and scatter, and its error has to be
+    # their size.
     drive = parse_drive(tomllib.loads(DRIVE), "drive.toml")
     trials, outside = 14, 0
     limit = stats.t.isf(0.05, RUNS - 3)

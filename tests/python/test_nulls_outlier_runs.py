@@ -29,7 +29,7 @@ def test_scatter_alone_stands_apart_as_often_as_is_said(runs: int) -> None:
     rng = np.random.default_rng(runs)
     level, trials = 0.02, 2000
     alarms = sum(bool(apart(rng.normal(size=runs), level)[0]) for _ in range(trials))
-    # With the fewest runs it is a little more than is reported.
+    # With the fewest runs the rate is slightly above the stated one.
     assert fewest(trials, level) <= alarms <= most(trials, level * (4 / 3 if runs < 25 else 1))
 
 
@@ -72,7 +72,7 @@ def test_runs_that_stand_apart_in_a_contest_are_named_with_their_part() -> None:
     assert (found.part, found.runs) == ("friction", [7, 8])
     assert found.deviations == pytest.approx([3.0, 3.0], abs=1.2)
     assert found.p < rules.OUTLIER_RUNS_LEVEL
-    # Runs that never reverse tell nothing of friction.
+    # Runs that never reverse do not show friction.
     share = share_told(contest_of(1))
     assert np.all(share[::3, 1] < 1e-6)
     assert np.all(share[1::3, 1] > 0.5)
@@ -82,7 +82,7 @@ def test_runs_of_one_load_hang_on_the_load() -> None:
     load = np.array([5.0, 1.1, 5.0, 1.0, 3.0, 1.2, 3.1])
     none = np.zeros(load.size, dtype=bool)
     assert parted_by(load, [1, 3, 5], none)
-    assert not parted_by(load, [1, 3], none)  # two may be of one load by chance
+    assert not parted_by(load, [1, 3], none)  # two may have the same load by chance
     assert not parted_by(load, [1, 3, 4], none)  # one more of their load is like the others
     assert parted_by(load, [0, 2, 4, 6], none)
 
@@ -93,9 +93,9 @@ def test_runs_of_a_load_far_from_any_other_hang_on_it_if_all_lean_one_way() -> N
     assert leaning(values, [1]).tolist() == [False, True, False, True, False, False, False]
     assert parted_by(load, [1], leaning(values, [1]))
     assert parted_by(load, [1, 3], leaning(values, [1, 3]))
-    values[3] = 0.2  # the other run of their load is like all others
+    values[3] = 0.2  # the other run of their load agrees with all others
     assert not parted_by(load, [1], leaning(values, [1]))
-    values[3] = -4.0  # two on either side are of no load
+    values[3] = -4.0  # opposite signs do not belong to the load
     assert not leaning(values, [1, 3]).any()
     assert not parted_by(load, [1, 3], leaning(values, [1, 3]))
     load[[1, 3]] = 2.0, 2.1  # a load near others

@@ -1,4 +1,4 @@
-"""Findings in sound recordings before any effect is tested: hardly any."""
+"""Sound recordings have hardly any findings before any effect is tested."""
 
 from __future__ import annotations
 

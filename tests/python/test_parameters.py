@@ -18,20 +18,20 @@ from lostmotion.fit.held_out import held_out_rms
 from lostmotion.fit.parameters import Block, Filed, Prior
 
 LEAN = 3.0
-"""Arc seconds that the recordings lean to one side under load."""
+"""Asymmetry of the recordings under load, arc seconds."""
 
 
 class Leaning(BaselineModel):
-    """The baseline model with one scalar more: a lean that does not change its sign."""
+    """The baseline model with one more scalar: an asymmetry that does not change its sign."""
 
     lean_arcsec = 0.0
 
     def shape(self) -> Any:
-        """What the lean acts by."""
+        """Shape of the asymmetry."""
         return np.abs(np.tanh(self.conditions.torque / RATED_NM))
 
     def blocks(self) -> list[Block]:
-        """One block more than the baseline has."""
+        """One more block than the baseline model."""
 
         def fill(_: Any, out: Any) -> None:
             out[:, 0] = self.shape()
@@ -52,7 +52,7 @@ class Leaning(BaselineModel):
         ]
 
     def angles(self, *arguments: Any) -> Any:
-        """The angles of the baseline, and the lean on top."""
+        """The angles of the baseline model plus the asymmetry."""
         elastic, angle = super().angles(*arguments)
         return elastic, angle + self.lean_arcsec * self.shape()
 

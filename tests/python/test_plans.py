@@ -31,7 +31,7 @@ def test_angles_that_the_gear_binds_are_not_told_to_be_varied_alone():
         run.columns["output_angle"] = run.columns["input_angle"] / 100 + run.lost_motion_rad
     pairs = [set(pair["columns"]) for pair in check(data, library())["aliased"]]
     assert {"input_angle_rad", "output_angle_rad"} not in pairs
-    # Against what can be chosen freely the angle is still examined.
+    # The angle is still examined against conditions that can be chosen freely.
     for r, run in enumerate(data.runs):
         run.columns["temperature"][:] = 20.0 + (7 * r) % len(data.runs)
     pairs = [set(pair["columns"]) for pair in check(data, library())["aliased"]]
@@ -77,7 +77,7 @@ def test_the_next_run_is_the_one_that_differs_most():
     found.effects = ["thermal_gap", "wear"]
     answer = next_runs(found, Campaign(options), library(), RATIO)
     assert answer["suggested"] == "cold"
-    # An effect that was found beside them and that nothing is confused with has no say in it.
+    # A further effect that was found and that is not confounded has no influence.
     alone = {run["run"]: run["separation_nats"] for run in answer["runs"]}
     found.selection.steps[0].rivals = ["wear"]
     found.effects.append("load_dependent_friction")

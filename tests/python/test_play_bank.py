@@ -66,7 +66,7 @@ def c(request: pytest.FixtureRequest) -> Core:
 
 
 def tolerance(c: Core) -> float:
-    """Printed digits in float64; 0.01 arcmin is what float32 has to hold."""
+    """Printed digits in float64; float32 has to be within 0.01 arcmin."""
     return 6e-5 if c.bits == 64 else 1e-3
 
 

@@ -28,14 +28,14 @@ DRIVES = sorted((DATA / "drives").glob("*.toml"))
 DRIVE = DATA / "drives" / "size_25.toml"
 
 NAMED = re.compile(r"^\s+(?P<name>[A-Za-z_][\w.]*) = (?P<value>\S+)", re.MULTILINE)
-"""A name with its value, as the commands print them."""
+"""A name with its value, as printed by the commands."""
 
 WORD = re.compile(r"(?<![\w./-])[A-Za-z]\w*_\w+(?![\w/-]*\.\w)")
-"""A name of several parts in what a command prints."""
+"""A name of several parts in the output of a command."""
 
 
 SEVERAL = ("radial_chain", "torsion_chain", "tolerance")
-"""What a drive file holds as several tables."""
+"""Arrays of tables in a drive file."""
 
 
 def printed(capsys: pytest.CaptureFixture[str], *words: str | Path) -> str:
@@ -122,7 +122,7 @@ def test_every_default_that_predict_prints_is_a_key_of_the_drive_file(
         except json.JSONDecodeError:
             value = found["value"]
         if key in SEVERAL:
-            continue  # told as a sentence
+            continue  # printed as a sentence
         at = document
         for table in tables:
             at = at.setdefault(table, {})
@@ -146,13 +146,13 @@ def tomllib_document(file: Path) -> dict:
 
 
 def kind_of(name: str) -> tuple[str, object]:
-    """What a name says whatever its unit is: gap_rad is no gap_rad_per_K."""
+    """A name without its unit: gap_rad is not gap_rad_per_K."""
     base, unit = units.split_unit(name)
     return base, unit.dimension if unit else units.DIMENSIONLESS
 
 
 def takes_effect(folder: Path, name: str, **values: float) -> None:
-    """Read a drive file with one value of an effect, the others as they are typical."""
+    """Read a drive file with one value of an effect, the others typical."""
     effect = library()[name]
     table: dict[str, object] = {"name": name}
     given = {kind_of(key) for key in values}

@@ -527,7 +527,7 @@ def turning(turns: FloatArray, *, drop: Sequence[int] = (), lost_rad: float = 1e
 
 
 def test_no_turn_is_lost_where_rows_are_left_out(write: Write) -> None:
-    # Without the third row the step over the seam is longer than a quarter turn.
+    # Without the third row the step across the wrap is longer than a quarter turn.
     turns = 0.55 + 0.15 * np.arange(60)
     campaign = read_campaign(write(turning(turns, drop=[3, 16, 30]), "a.csv"), ratio=100)
     np.testing.assert_allclose(
@@ -572,7 +572,7 @@ def test_a_wrong_ratio_is_said_where_the_drive_turns(
 
 @pytest.mark.parametrize("ratio", [100, -50])
 def test_runs_of_an_encoder_of_one_turn_have_one_zero(write: Write, ratio: float) -> None:
-    # Both encoders know where they are within a turn; the drive was elsewhere before each run.
+    # Both encoders are absolute within a turn; the drive moved before each run.
     lost = 1e-3 * np.sin(0.1 * np.arange(60))
     for number, begin in enumerate((0.3, 4.1, -2.2, 120.6)):
         turns = begin + 0.001 * np.arange(60)
@@ -651,7 +651,7 @@ def test_the_extract_of_real_recordings_reads_with_the_map_of_its_drive() -> Non
     assert [run.label for run in campaign.runs] == [0, 1, 2, 3, 4, 100, 101, 102]
     assert campaign.rows == 3914
     assert "sign" not in kinds(campaign)
-    # Half the loop of the 40 N m cycles spans about 290 arcmin either way.
+    # Half the loop of the 40 N m cycles has about 290 arcmin in either direction.
     swing = np.ptp(campaign.runs[-1].lost_motion_rad) / ARCMIN
     assert swing == pytest.approx(574, abs=5)
 

@@ -37,7 +37,7 @@ def write_log(folder: Path, columns: dict[str, npt.NDArray[np.float64]], name: s
 
 
 def by_hand(torque: npt.NDArray[np.float64], elapsed: npt.NDArray[np.float64]) -> Any:
-    """Numbers and status of the compensator, stepped by hand with what the log holds."""
+    """Numbers and status of the compensator, stepped by the test with the rows of the log."""
     parameters, _, _ = read_parameters(DRIVE, {})
     c = core(32)
     compensator, fault = c.ffi.new("lm_compensator *"), c.fault()
@@ -127,7 +127,7 @@ def test_a_torque_beyond_the_limit_reaches_the_compensator_as_it_was_logged(tmp_
     rows, status = by_hand(columns["torque_Nm"], elapsed)
     np.testing.assert_array_equal(result.tapes[0].values.view(np.uint32), rows.view(np.uint32))
     assert status[321] & 1 << STATES.index("torque_clipped")
-    # The row is a wild measurement, and still a tick.
+    # The row is an outlier of the measurement, but still a tick.
     answer = result.answer()
     assert (answer["samples"], answer["samples_compared"]) == (TICKS, TICKS - 1)
 

@@ -129,7 +129,7 @@ LABELS = {
     "turning fitted": ("wave generator angle, °", "arcmin"),
     "turning compared": ("4 runs, ", "torque on the output, N·m"),
 }
-"""Texts that the pictures of each section must hold."""
+"""Texts that the pictures of each section must contain."""
 
 
 @cache
@@ -146,7 +146,7 @@ def measured() -> tuple[Drive, Comparison]:
 
 @cache
 def discovered(kind: str) -> tuple[Drive, Diagnosis | FittedModel]:
-    """Diagnose or fit recordings with a gap that temperature opens, or with a ripple."""
+    """Diagnose or fit recordings with a gap that opens with temperature, or with a ripple."""
     drive = parse_drive(tomllib.loads(DRIVE))
     data = campaign(add=ripple if kind == "unexplained" else gap)
     if kind == "fitted":
@@ -156,7 +156,7 @@ def discovered(kind: str) -> tuple[Drive, Diagnosis | FittedModel]:
 
 @cache
 def turning() -> tuple[Drive, Campaign]:
-    """Loops, and runs that turn under a load, in files with the long names that loggers give."""
+    """Loops, and runs that turn under a load, in files with long names as from loggers."""
     data = campaign(add=lambda columns, _: 6.0 * np.cos(2 * columns["input_angle"]))
     random = np.random.default_rng(3)
     for load in (-25.0, 0.0, 25.0, 40.0):
@@ -231,7 +231,7 @@ def drawing(name: str) -> Figure:
 
 
 class Page(HTMLParser):
-    """A page taken apart: attributes that point somewhere, its elements and its text."""
+    """A parsed page: attributes with links, its elements and its text."""
 
     def __init__(self, text: str) -> None:
         super().__init__()
@@ -316,7 +316,7 @@ def test_runs_under_one_torque_are_drawn_over_the_angle_in_which_they_turn() -> 
     ):
         assert sorted(np.concatenate(pieces)) == list(range(measured.size))
         if name == "wave generator angle, °":
-            # One piece a direction, each along the turn.
+            # One piece per direction, each along the turn.
             assert len(pieces) == 2
             assert all(np.all(np.diff(angle[piece]) >= 0) for piece in pieces)
             expected = 0.1 * np.cos(np.deg2rad(2 * angle))
@@ -325,7 +325,7 @@ def test_runs_under_one_torque_are_drawn_over_the_angle_in_which_they_turn() -> 
 
 
 def texts(svg: ET.Element) -> list[tuple[float, float, float, float]]:
-    """Boxes that the texts of a picture take, by the estimated width of their letters."""
+    """Boxes of the texts of a picture, from the estimated width of their letters."""
     boxes = []
     for element in svg.iter(f"{SVG}text"):
         words = "".join(element.itertext()).replace("\u200b", "")
@@ -390,13 +390,13 @@ def test_drawn_teeth_touch_after_the_clearance_that_the_library_gives(name, phas
         flexspline = Polygon(np.concatenate((toothed, free[::-1]))).buffer(0)
         toothed, edge = rigid_shape(mesh, around)
         rigid = Polygon(np.concatenate((toothed, edge[::-1]))).buffer(0)
-        # A tooth beside it may touch first: only what lies around this one's contact counts.
+        # A neighbouring tooth may touch first: only the points near this tooth's contact count.
         place = touch_place(mesh, touch)
         near = Point(place).buffer(0.12 * mesh.module_mm)
         assert Point(place).distance(rigid.boundary) < 1e-4
 
         def overlap(turn_rad: float, body=flexspline, rigid=rigid, near=near) -> float:
-            # Growing angles run clockwise on the picture.
+            # Positive angles are clockwise in the picture.
             moved = rotate(body, -turn_rad, origin=(0, 0), use_radians=True)
             return moved.intersection(near).intersection(rigid).area
 
@@ -459,7 +459,7 @@ def test_torsion_curve_of_the_page_is_that_of_predict(page):
     drive = drive_of("reference_a")
     read = page.table("torsion_curve.csv", 1)
     torque = np.array(read["torque_Nm"], dtype=float)
-    # Written to ten digits, torques next to zero differ in them.
+    # Written to ten digits, torques near zero differ.
     answer = predict(drive, torque)
     total = np.array(read["total_arcmin"], dtype=float)
     np.testing.assert_allclose(total, answer["total_arcmin"], rtol=1e-6, atol=1e-9)
@@ -714,7 +714,7 @@ def test_a_long_slim_table_stands_in_two_halves_and_a_folded_one_opens_when_aske
 
 
 NASTY = "<!--<script>alert(1)</script>-->&\u2028\"'><img src=x onerror=alert(2)>"
-"""A name that ends, opens and comments out what it is in."""
+"""A name that closes, opens and comments out the markup around it."""
 
 
 def test_a_name_in_a_script_is_data_and_nothing_else():

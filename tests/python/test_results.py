@@ -23,7 +23,7 @@ JOINT = ROOT / "tests" / "data" / "joint"
 RATIO = lm.read_drive(JOINT / "joint.toml").ratio
 
 RUNS = (1, 2, 3, 11, 12, 13, 21, 22, 23)
-"""Some of the joint's, cold and warm."""
+"""Runs of the joint, cold and warm."""
 
 
 @pytest.fixture(scope="module")
@@ -118,7 +118,7 @@ def test_figures_hold_every_run(campaign: lm.Campaign, fitted: lm.FittedModel) -
     by_lag = fitted.plot_autocorrelation(5).data[0].y
     assert len(by_lag) == 6
     assert by_lag[0] == pytest.approx(1.0)
-    # What a fit with the right effect leaves is noise: whitened, its rms is 1.
+    # The residual of a fit with the right effect is noise: whitened, its rms is 1.
     assert np.concatenate(fitted.whitened()).std() == pytest.approx(1.0, abs=0.05)
     predicted = fitted.plot_predicted()
     assert [trace.name for trace in predicted.data[:-1]] == [f"run {run}" for run in RUNS]

@@ -1,4 +1,5 @@
-"""The rim on its generator: compliances of the teeth against brute force, and their dependences."""
+"""The rim on its wave generator: compliances of the teeth compared with brute force, and their
+dependences."""
 
 from __future__ import annotations
 
@@ -33,7 +34,7 @@ def model_of(document: dict[str, Any]) -> DesignModel:
 
 
 def supports_of(model: DesignModel) -> tuple[np.ndarray, np.ndarray]:
-    """Angles and compliance of the supports, by the laws that the theory page states."""
+    """Angles and compliance of the supports, by the laws on the theory page."""
     drive = model.drive
     mesh = model._workspace.meshes[model.sections // 2]
     s, r = drive.support, mesh.geometry.neutral_mm
@@ -102,14 +103,14 @@ def deflection(document: dict[str, Any]) -> float:
 
 def test_generators_differ_in_deflection() -> None:
     found = {generator: deflection(size20(generator)) for generator in GENERATORS}
-    assert found["cosine"] > 1.05 * found["discs"]  # balls apart against a rigid arc
+    assert found["cosine"] > 1.05 * found["discs"]  # separate balls compared with a rigid arc
     assert max(found.values()) > 1.1 * min(found.values())
 
 
 def untwisted(document: dict[str, Any]) -> float:
     """One-sided deflection at twice the rated torque, without the chain of torsion.
 
-    The slope there is no measure: it jumps where a pair begins to carry.
+    The slope there is not suitable: it jumps where a pair begins to carry.
     """
     model = model_of(document)
     found = model.torsion_curve([2.0 * model.rated_torque_Nm])

@@ -21,7 +21,7 @@ TURNS = 7.3
 
 
 def turning(seed: int, order: float = 1.0, size: float = 0.0, rows: int = 300) -> Campaign:
-    """Torque loops; in every second run the input turns there and back."""
+    """Torque loops; in every second run the input turns back and forth."""
     data = campaign(seed=seed, rows=rows, warm=False)
     for run in data.runs[::2]:
         there_and_back = 1 - np.abs(np.linspace(-1, 1, rows))

@@ -32,7 +32,7 @@ FLOORS = (
     "workbench",
     "commands",
 )
-"""Rooms from the ground up: each imports from those before it alone."""
+"""Packages in order: each imports only from those before it."""
 
 GROUND = (
     "torsion_curve",
@@ -47,11 +47,11 @@ GROUND = (
     "structs",
     "threads",
 )
-"""Modules on the ground floor, which import no room at all."""
+"""Basic modules, which import no package."""
 
 
 EXTENSIONS = {"_core32", "_core64", "_search"}
-"""Modules that are made of C."""
+"""Modules written in C."""
 
 
 def modules() -> dict[str, Path]:
@@ -64,7 +64,7 @@ def modules() -> dict[str, Path]:
 
 
 def without_type_checking(tree: ast.Module) -> ast.Module:
-    """Leave out what is imported for type checkers alone."""
+    """Leave out imports for type checkers."""
     tree.body = [
         node
         for node in tree.body
@@ -74,7 +74,7 @@ def without_type_checking(tree: ast.Module) -> ast.Module:
 
 
 def imports() -> dict[str, set[str]]:
-    """What each module imports of the package, within functions too."""
+    """Imports of each module from the package, including those within functions."""
     known = modules()
     found: dict[str, set[str]] = {}
     for name, file in known.items():
@@ -120,7 +120,7 @@ def test_evidence_knows_no_physics() -> None:
 
 
 def public_names(file: Path) -> set[str]:
-    """Classes and functions that a module defines for others."""
+    """Public classes and functions of a module."""
     kinds = (ast.ClassDef, ast.FunctionDef)
     body = ast.parse(file.read_text()).body
     return {node.name for node in body if isinstance(node, kinds) and node.name[0] != "_"}
@@ -149,5 +149,5 @@ def test_tests_import_public_names_alone() -> None:
 
 
 def room_of(module: str) -> str:
-    """Room that a module is in, or the module itself where it is in none."""
+    """Package of a module, or the module itself if it is in none."""
     return module.split(".")[1] if "." in module else module

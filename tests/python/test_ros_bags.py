@@ -45,7 +45,7 @@ INPUT = {"/motor_states/position/elbow": "input_angle_rad"}
 EFFORT = {"/joint_states/effort/elbow": "torque_Nm"}
 SENSOR = {"/ft/wrench/torque/z": "torque_Nm"}
 LINEAR_MS = 1.0
-"""Step of the torque sensor that is twice as fast as the joints."""
+"""Step of the torque sensor, which is twice as fast as the joints."""
 
 
 def read(bag: Path, *maps: dict[str, str], **more: Any) -> Campaign:
@@ -54,7 +54,7 @@ def read(bag: Path, *maps: dict[str, str], **more: Any) -> Campaign:
 
 
 def sensor(count: int, hertz: float, offset_ns: int = 137_000) -> list[Message]:
-    """Torque sensor on a clock of its own."""
+    """Torque sensor with its own clock."""
     found = []
     for stamp_ns in stamps(count, hertz, START_NS + offset_ns):
         seconds = (stamp_ns - START_NS) * 1e-9
@@ -102,7 +102,7 @@ def test_without_a_map_topics_fields_and_joints_are_listed(
         "/ft/wrench/{force,torque}/{x,y,z} (geometry_msgs/msg/WrenchStamped, 1000 Hz)",
     ):
         assert part in said
-    # What is lacking is stated with the columns that there are.
+    # The message states the missing column and the existing ones.
     words = [f"{column}={name}" for column, name in OUTPUT.items()]
     assert main(["check", str(bag), "--map", *words]) == 2
     said = capsys.readouterr().err
@@ -177,7 +177,7 @@ def test_a_slow_temperature_does_not_thin_the_rows_and_is_no_other_clock(tmp_pat
     np.testing.assert_allclose(run.columns["temperature"], 25 + 0.5 * run.time_s, atol=1e-6)
     clock = next(finding for finding in campaign.findings if finding.kind == "clock")
     assert "times of receipt minus 0.2 ms" in clock.action
-    # No jitter of the receipt reaches what has stamps.
+    # Jitter of the receipt does not affect messages with stamps.
     np.testing.assert_allclose(np.diff(run.time_s), 1 / 500, atol=1e-12)
 
 
@@ -202,7 +202,7 @@ def test_an_encoder_that_begins_anew_is_not_read_between(tmp_path: Path) -> None
     bag = write_bag(tmp_path / "bag", [*messages, *sensor(2100, 1000, -1_000_000)])
     run = read(bag, OUTPUT, INPUT, SENSOR, join="linear").runs[0]
     lost = run.lost_motion_rad - run.lost_motion_rad[0]
-    # A row beside the wrap takes the nearest sample: 0.25 ms of 20 rad/s over the ratio.
+    # A row beside the wrap has the nearest sample: 0.25 ms of 20 rad/s divided by the ratio.
     assert np.max(np.abs(lost - lost_at(run.time_s) + lost_at(run.time_s[0]))) < 6e-5
 
 

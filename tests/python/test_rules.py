@@ -1,4 +1,4 @@
-"""Thresholds are in one file, each with its meaning and its origin."""
+"""All thresholds are in one file, each with its meaning and its origin."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def test_every_threshold_says_what_it_means_and_where_it_comes_from() -> None:
 
 
 def test_every_threshold_is_used_by_its_place() -> None:
-    """Taken by name at the time of use: one that is varied is varied everywhere."""
+    """Rules are read by name at the time of use: a changed one is changed everywhere."""
     package = Path(rules.__file__).parent
     text = "".join(file.read_text() for file in package.rglob("*.py") if file.name != "rules.py")
     unused = [name for name in vars(rules) if name.isupper() and f"rules.{name}" not in text]

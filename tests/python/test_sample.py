@@ -79,7 +79,7 @@ def test_a_sample_stays_within_its_rows_and_says_so(folder: Path) -> None:
     sampled = sample_campaign([folder], ratio=RATIO, rows=4000)
     assert len(sampled.runs) == 12
     assert sampled.recorded_rows == 24000
-    # Turns of the torque come on top: a few a batch.
+    # Reversals of the torque are added: a few per batch.
     assert 0.9 * 4000 <= sampled.rows < 1.3 * 4000
     (said,) = [f for f in sampled.findings if f.kind == "sampled"]
     assert said.count == 24000
@@ -89,7 +89,7 @@ def test_the_sample_of_files_is_that_of_memory(folder: Path) -> None:
     in_memory = thin_campaign(read_campaign(folder, ratio=RATIO), 4000)
     sampled = sample_campaign([folder], ratio=RATIO, rows=4000)
     for one, two in zip(sampled.runs, in_memory.runs, strict=True):
-        # Turns that lie at the end of a piece may be another row of the same torque.
+        # Reversals at the end of a piece may be another row of the same torque.
         assert len(one) == pytest.approx(len(two), rel=0.2)
         common = np.isin(two.time_s, one.time_s)
         assert np.mean(common) > 0.95
@@ -169,7 +169,7 @@ def test_small_recordings_are_read_whole(folder: Path) -> None:
 
 @contextmanager
 def cluster_here(workers: int) -> Iterator[LocalCluster]:
-    """A cluster within this process, by its address."""
+    """Address of a cluster within this process."""
     with LocalCluster(
         n_workers=workers, threads_per_worker=1, processes=False, dashboard_address=None
     ) as cluster:
@@ -239,7 +239,7 @@ def test_the_verdict_of_a_sample_is_that_of_all_rows(
 
 
 def table(**columns: pa.Array) -> pa.Table:
-    """A recording of 900 rows, with other columns put in."""
+    """A recording of 900 rows, with other columns inserted."""
     n = np.arange(900)
     turn = np.sin(0.01 * n)
     known = {"time_s": n * 0.01, "torque_Nm": turn, "lost_motion_rad": 1e-4 * turn}
@@ -309,7 +309,7 @@ def test_a_file_that_is_damaged_inside_is_refused_in_one_line(
     file = tmp_path / "damaged.parquet"
     pq.write_table(table, file, compression="none", use_dictionary=False)
     content = bytearray(file.read_bytes())
-    # The first page's header; what stands at the end of the file is sound.
+    # The header of the first page; the end of the file is sound.
     content[4:24] = b"\xff" * 20
     file.write_bytes(content)
     with pytest.raises(InputError, match=r"damaged.parquet: .*unreadable Parquet \(") as caught:

@@ -1,4 +1,4 @@
-"""Run-to-run scatter by REML against the mixed linear model of statsmodels."""
+"""Run-to-run scatter by REML compared with the mixed linear model of statsmodels."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from lostmotion.evidence.scatter import SLOPE_LEAST, RestrictedLikelihood
 
 RUNS, ROWS = 30, 40
 SCATTER = (1.5, 0.6)
-"""Standard deviations of what scatters from run to run: an offset and a slope; noise has 1."""
+"""Standard deviations from run to run of an offset and a slope; that of the noise is 1."""
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -55,7 +55,7 @@ def test_variances_are_those_of_a_mixed_linear_model(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [22, 24])
 def test_a_variance_of_nothing_holds_up_no_other(seed: int) -> None:
-    """A third column that does not scatter, from next to the variances that the data speak for."""
+    """A third column without scatter, with start values near the variances of the data."""
     rng = np.random.default_rng(seed)
     time = np.tile(np.linspace(-1.0, 2.0, ROWS), RUNS)
     columns = np.column_stack((np.ones(RUNS * ROWS), time, time**2))

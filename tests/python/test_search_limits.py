@@ -45,7 +45,7 @@ def test_what_has_to_give_has_the_same_bytes_however_the_work_was_done(
     one = tmp_path / "one"
     assert main(["design", spec, "-o", str(one), "--workers", "1", "-q"]) == 1
     assert main(["design", spec, "-o", str(tmp_path / "two"), "--workers", "2", "-q"]) == 1
-    # cut in the middle of the repair, which ends the journal
+    # interrupted during the repair, which is at the end of the journal
     journal = (one / "journal.bin").read_bytes()
     cut = tmp_path / "cut"
     cut.mkdir()
@@ -127,7 +127,7 @@ ONE_VARIABLE: dict[str, Any] = {
         "range": {"generator.deflection_mm": [0.2, 0.32]},
     },
 }
-"""The first batch finds no design that keeps all limits."""
+"""The first batch finds no design within all limits."""
 
 
 def test_search_that_finds_its_first_design_late_has_its_report(
@@ -154,7 +154,7 @@ def test_what_the_fine_check_finds_is_told(
         r"kinematic_error \S+ arcsec there, \S+ in the search", capsys.readouterr().out
     )
     spec["search"]["objectives"] = ["lost_motion"]
-    spec["search"]["phases"] = 1  # which shows no kinematic error at all
+    spec["search"]["phases"] = 1  # which has no kinematic error
     spec["search"]["limits"] = {"kinematic_error_max_arcsec": 0.001}
     assert main(["design", str(write_spec(spec)), "-o", str(tmp_path / "broken")]) == 0
     said = capsys.readouterr()

@@ -31,16 +31,16 @@ pytest.importorskip("lostmotion._search", reason=NO_SEARCH)
 
 
 BY_QUANTILE = ("robot_joint", "ring_generator")
-"""Those whose level of the tolerances is the quantile of samples."""
+"""Specs whose tolerance level is the quantile of samples."""
 
 
-# --- what a search leaves ---
+# --- files of a search ---
 
 
 def test_the_best_drive_reads_back_to_the_last_bit(
     tmp_path: Path, small_spec: dict[str, Any]
 ) -> None:
-    # A ball bearing (exponent 2/3), a preloaded roller and a spring: laws that are no springs.
+    # A ball bearing (exponent 2/3), a preloaded roller and a spring: not all of them are linear.
     small_spec["design"]["radial_chain"] = [
         {"kind": "ball", "ball_diameter_mm": 4, "balls": 23, "preload_N": 50},
         {"kind": "roller", "roller_length_mm": 8, "preload_N": 20},
@@ -197,7 +197,7 @@ def test_planar_only_is_asked_for_and_said(
     assert best["design"]["planar_only"] is True
     best["design"]["planar_only"] = False
     checks = {c.name: c.margin for c in design_model(parse_drive(best)).checks()}
-    assert checks["smallest_gap"] < 0  # a planar verdict is none on the cup
+    assert checks["smallest_gap"] < 0  # a planar verdict says nothing about the cup
 
 
 def face_designs(run: Path, sections: int) -> list[tuple[int, polygons.Design, Any]]:
@@ -211,9 +211,10 @@ def face_designs(run: Path, sections: int) -> list[tuple[int, polygons.Design, A
     for section in range(sections):
         factor = c.lib.lm_section_factor(drive, section, sections)
         wave = g.deflection_mm * factor
-        # The metal stays: the same radii with another wave need another depth.
+        # The parts are the same: the same radii with another wave need another depth.
         depth = t.engagement_depth + (wave - g.deflection_mm) / t.module_mm
-        # With internal teeth the root, and with it the rim, is where the widest place needs it.
+        # With internal teeth the root, and with it the rim, follows from the section of the largest
+        # wave.
         beyond = g.deflection_mm * c.lib.lm_section_factor(drive, sections - 1, sections) - wave
         rim = drive.flexspline.rim_thickness_mm + (2 * beyond if t.deformation else 0.0)
         types = ("cosine", "ellipse", "discs", "rollers", "ring")

@@ -1,4 +1,4 @@
-"""The same bytes however a search is run: threads, clusters, stops, kills, damaged journals."""
+"""A search writes the same bytes with threads, clusters, stops, kills and damaged journals."""
 
 from __future__ import annotations
 
@@ -115,7 +115,7 @@ def test_a_search_stopped_at_once_can_go_on(
 
 
 def begin(spec: Path, run: Path, *options: str) -> subprocess.Popen[bytes]:
-    """Begin a search in a process of its own and wait until it has written some answers."""
+    """Begin a search in a separate process and wait until it has written some answers."""
     command = [sys.executable, "-m", "lostmotion", "design", str(spec), "-o", str(run), *options]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     journal = run / "journal.bin"
@@ -149,7 +149,7 @@ def test_a_second_process_is_refused_and_the_first_loses_nothing(
 ) -> None:
     spec, _, expected = searched
     process = begin(spec, tmp_path / "run", "--workers", "1")
-    process.send_signal(signal.SIGSTOP)  # and keeps what it has locked
+    process.send_signal(signal.SIGSTOP)  # and keeps its lock
     try:
         assert process.poll() is None, "it was done before the second one began"
         before = {path.name: path.read_bytes() for path in (tmp_path / "run").iterdir()}
@@ -177,7 +177,7 @@ def test_a_process_that_searches_in_a_folder_is_refused_it_once_more(
             for name in ("run", "name"):
                 with pytest.raises(InputError, match=IN_USE):
                     design.search(spec, tmp_path / name, resume=True)
-            # what was refused here has not opened the folder to another process
+            # the refused search has not unlocked the folder for another process
             command = [sys.executable, "-m", "lostmotion", "design", str(spec), "--resume"]
             done = subprocess.run([*command, "-o", str(tmp_path / "run")], capture_output=True)
             assert IN_USE.encode() in done.stderr

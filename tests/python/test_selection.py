@@ -29,7 +29,8 @@ def warm_gap():
 
 
 def test_an_offset_is_no_larger_than_what_it_explains(monkeypatch):
-    """Nor does it hide a weaker effect: its tangent continues beyond the kink that it moves."""
+    """It does not hide a weaker effect either: its tangent continues beyond the kink that it
+    moves."""
     sizes = []
     size_within = RecordedModel.size_within
 
@@ -54,7 +55,7 @@ def test_independent_pieces_of_work_keep_their_order():
 
 
 def test_an_added_effect_never_makes_the_error_of_the_ladder_rise(warm_gap):
-    """However far off a fit starts, as deviations of single runs lead it, it comes back."""
+    """A fit converges even if deviations of single runs make it start far from the solution."""
     before = warm_gap.selection.began_with
     friction = library()["stribeck_friction"]
     grown = before.copy()
@@ -74,7 +75,8 @@ def model_before(diagnosis) -> RecordedModel:
 
 
 def test_a_lead_that_does_not_pass_hides_no_weaker_one(warm_gap, monkeypatch):
-    """What a blurred tangent promises is refitted first; where it fails the next has its turn."""
+    """The candidate with the largest gain by its tangent is refitted first; if it fails, the next
+    one is."""
     first = warm_gap.selection.steps[0]
     found = {result.name: result for result in first.results}
     blurred = dataclasses.replace(found["kinematic_error"], gain=1e4)
@@ -86,7 +88,7 @@ def test_a_lead_that_does_not_pass_hides_no_weaker_one(warm_gap, monkeypatch):
     with_candidate = RecordedModel.with_candidate
 
     def flattering(model, lead):
-        """Give the gain that the tangent promised; the gates are those of the true refit."""
+        """Return the gain by the tangent; the gates are those of the true refit."""
         contender = with_candidate(model, lead)
         if lead.name == "kinematic_error":
             contender.gain = 1e4
@@ -105,7 +107,7 @@ def test_a_lead_that_does_not_pass_hides_no_weaker_one(warm_gap, monkeypatch):
 
 
 def test_what_unseen_runs_do_not_confirm_is_of_no_use_beside_an_effect(warm_gap):
-    """A gain within the runs of a fit is not enough: their form may be spelled out by anything."""
+    """A gain within the fitted runs is not enough: any column may reproduce their form."""
     model, current = model_before(warm_gap), warm_gap.selection.steps[0].round
     found = {result.name: result for result in warm_gap.selection.steps[0].results}
     opened, spelled = (refit(current, found[name]) for name in ("thermal_gap", "kinematic_error"))
@@ -113,18 +115,18 @@ def test_what_unseen_runs_do_not_confirm_is_of_no_use_beside_an_effect(warm_gap)
     assert simplest([opened, spelled]) is spelled
     assert of_use(model, [opened, spelled]) == ([opened], [spelled])
     assert of_use(model, [spelled]) == ([], [spelled])
-    # A shape may be the same remainder without its name.
+    # An unnamed shape may be the same residual.
     nameless = [r for r in found.values() if not current.candidates[r.name].named]
     shape = refit(current, nameless[-1])
     assert model.fall_of_left_out(shape) < 0.01
     assert of_use(model, [shape]) == ([shape], [])
     assert of_use(model, [spelled, shape]) == ([], [spelled, shape])
-    # What an effect of the least size, a tenth of the noise, takes of the error (arcsec^2).
+    # Reduction of the error by an effect of the least size, a tenth of the noise (arcsec^2).
     assert model.fall_of_left_out(spelled) < 0.01 < model.fall_of_left_out(opened)
 
 
 def test_an_effect_that_explains_nothing_more_is_dropped(warm_gap):
-    """Beside the gap that is there an effect without a part in it does not stand."""
+    """Beside the true gap an effect without any share in the data is not kept."""
     settled = warm_gap.selection.settled[-1]
     base = settled.base.copy()
     offset = library()["torque_offset"]
@@ -137,7 +139,7 @@ def test_an_effect_that_explains_nothing_more_is_dropped(warm_gap):
 
 
 def test_what_the_runs_took_up_of_an_effect_counts_as_its_size():
-    """An effect that is at rest in every run may hide in the stiffness that each run has."""
+    """An effect that is constant in every run may be absorbed by the stiffness of each run."""
 
     def uneven(columns, wound):
         elastic = wound * 7.0 + 25.0 * np.tanh(wound / 8.0)

@@ -1,4 +1,5 @@
-"""Derivatives by the dimensions of a drawing, and changes that repair a failed check."""
+"""Derivatives with respect to the dimensions of a drawing, and changes that repair a failed
+check."""
 
 from __future__ import annotations
 

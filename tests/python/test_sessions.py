@@ -23,7 +23,7 @@ from lostmotion.units import ARCSEC
 
 
 def moved_before(data: Campaign, state: float) -> Campaign:
-    """The same campaign of a drive whose friction stood elsewhere, in half widths, before it."""
+    """The same campaign with another start state of the friction, in half widths."""
     torque = data.runs[0].torque_Nm
     wound = [torque + 0.5 * run_plays(np.array([3.0]), torque, s)[:, 0] for s in (state, 0.0)]
     there, usual = (w * 7.0 + 25.0 * np.tanh(w / 8.0) for w in wound)
@@ -55,7 +55,7 @@ def test_every_session_begins_where_it_began(states: tuple[float, ...]) -> None:
     rest = base.residual()
     begin = np.array([np.std(rest[a : a + 60]) for a in base.conditions.starts[:-1]])
     others = np.delete(begin, [0, 8, 16])
-    # Friction's memory carried on from the month before leaves 1.7 to 7 arcsec.
+    # With the friction's memory of the month before, the residual is 1.7 to 7 arcsec.
     assert np.all(begin[[0, 8, 16]] < 4 * np.median(others))
 
 
@@ -94,7 +94,7 @@ def test_start_states_of_every_session_have_their_columns(months: list[Path]) ->
             more.hysteresis.start[k] != base.hysteresis.start[k], np.arange(PLAYS) == PLAYS - 1
         )
         change = (more.angle() - less.angle()) / 2e-4
-        # A kink that lies between the two is a sample or two.
+        # A kink between the two affects one or two samples.
         near = np.abs(change - fixed[:, at.stop - 1]) <= 1e-4 * np.abs(change).max()
         assert np.mean(near) > 0.99
         first = np.flatnonzero(base.conditions.run_of == 8 * k)

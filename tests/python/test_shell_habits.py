@@ -40,7 +40,7 @@ QUICK = {
     "effects": ["thermal_gap"],
     "completion": ["bash"],
 }  # fmt: skip
-"""Commands that answer at once, and what they are given."""
+"""Commands that answer at once, and their arguments."""
 
 
 def test_every_command_of_the_interface_is_there() -> None:
@@ -92,7 +92,7 @@ def test_answers_have_no_colours_json_is_json_and_quiet_is_quiet(
     plain, error = run()
     assert plain
     assert error == ""
-    if name != "completion":  # a script may hold what it likes
+    if name != "completion":  # a script may contain anything
         assert "\033" not in plain
     answer = json.loads(run("--json", "-")[0])
     assert answer["schema"].startswith("lostmotion.")

@@ -54,7 +54,7 @@ def test_a_sweep_changes_one_key_and_says_what_it_refuses(
     drive = read_drive(DRIVES[0])
     rows = sweep(drive, "teeth.face_width_mm", [8.0, 12.0])["rows"]
     assert rows[0]["reversal_lost_motion_arcmin"] > rows[1]["reversal_lost_motion_arcmin"]
-    # Another unit of a key that the file states takes its place.
+    # A key in another unit replaces the one stated in the file.
     by_unit = sweep(drive, "teeth.face_width_um", [8000.0])["rows"][0]
     checks = {c.name: c.value for c in design_model(drive).checks()}
     assert by_unit["flank_pressure_MPa"] == pytest.approx(rows[0]["flank_pressure_MPa"])

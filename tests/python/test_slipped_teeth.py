@@ -1,4 +1,5 @@
-"""Teeth that slipped at an overload: reported with place, without hiding other missing effects."""
+"""Teeth that slipped at an overload are reported with run and time, and do not hide other missing
+effects."""
 
 from __future__ import annotations
 
@@ -22,7 +23,7 @@ OVERLOAD_NM = 2.5 * RATED_NM
 
 
 def overloaded(data, slips_at_Nm, teeth=1, peaks=(OVERLOAD_NM,)):
-    """Add a run whose peaks of the load go so far, with a slip in each of those beyond a torque."""
+    """Add a run with load peaks of a given height, with a slip in each peak beyond a torque."""
     like = data.runs[-1].columns
     rows = like["time"].size
     phase = np.arange(rows) / rows * len(peaks)
@@ -34,7 +35,7 @@ def overloaded(data, slips_at_Nm, teeth=1, peaks=(OVERLOAD_NM,)):
             slipped[k:] += teeth * np.sign(load)
             armed = False
         armed = armed or abs(load) < 0.5 * slips_at_Nm
-    # The friction of the other runs, with what it remembers of them.
+    # The friction of the other runs, with its memory of them.
     before = [run.columns["torque"] for run in data.runs]
     wound = torque + 0.5 * run_plays(np.array([3.0]), np.concatenate((*before, torque)))[-rows:, 0]
     noise = np.random.default_rng(9).normal(size=rows)
@@ -94,7 +95,7 @@ def test_what_else_is_missing_is_found_beside_it():
 
 
 def test_a_jump_that_no_threshold_explains_is_no_ratcheting():
-    """The second peak goes further than the first, in which the tooth slipped."""
+    """The second peak is higher than the first, in which the tooth slipped."""
     data = overloaded(campaign(seed=5), 1e9, peaks=(OVERLOAD_NM, 1.1 * OVERLOAD_NM))
     rows = data.runs[-1].columns["time"].size
     data.runs[-1].columns["lost_motion"][rows // 10 :] += TOOTH_RAD

@@ -17,7 +17,8 @@ DRIVE = DATA / "drives" / "reference_a.toml"
 
 
 def run(redirect: str, *words: str | Path) -> tuple[int, str, str]:
-    """Run a command in a shell that redirects; status, standard output and standard error."""
+    """Run a command in a shell with redirection; return status, standard output and standard
+    error."""
     command = '"$0" -m lostmotion "$@" ' + redirect
     done = subprocess.run(
         ["sh", "-c", command, sys.executable, *map(str, words)],

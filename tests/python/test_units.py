@@ -22,7 +22,7 @@ from lostmotion import units
         (1.0, "mrad", "urad", 1000.0),
         (1500.0, "mNm", "Nm", 1.5),
         (1.0, "kNm", "Ncm", 1e5),
-        # As catalogues state one stiffness beside the other: size 25, 0.92 kgf m/arcmin, 3.1e4.
+        # Catalogues state both stiffnesses: size 25, 0.92 kgf m/arcmin, 3.1e4 N m/rad.
         (1.0, "kgfm_per_arcmin", "Nm_per_rad", 9.80665 * 10800 / math.pi),
         (12.0, "lbfin", "lbfft", 1.0),
         (1.0, "lbfft", "Nm", 1.3558179483314004),  # NIST SP 811

@@ -48,7 +48,7 @@ def test_what_is_certain_is_said_apart_from_what_is_open() -> None:
 
 
 def fitted_with(data, *terms: Term) -> list[BaselineModel]:
-    """The baseline model of a campaign, and with terms, fitted."""
+    """The fitted baseline model of a campaign, alone and with terms."""
     base = BaselineModel(Conditions(data), RATED_NM)
     base.first_fit()
     models = [base]

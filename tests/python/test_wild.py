@@ -1,4 +1,4 @@
-"""Wild values are set aside and reported in every column; real motion is never one."""
+"""Outliers are set aside and reported in every column; real motion is never reported."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ CLEAN = 400
 
 
 def loops(rows: int, samples: float, shape: str, rng: np.random.Generator) -> np.ndarray:
-    """Torque of loops with so many samples each."""
+    """Torque of loops with a number of samples each."""
     phase = np.arange(rows) / samples + rng.uniform(0, 1)
     if shape == "sine":
         return 40 * np.sin(2 * np.pi * phase)
@@ -43,10 +43,10 @@ def wound(torque: np.ndarray, play_Nm: float) -> np.ndarray:
 
 
 def clean(seed: int) -> Campaign:
-    """Make a recording of a kind that has no wild value."""
+    """Make a recording of a kind without outliers."""
     rng = np.random.default_rng(seed)
     shape = ("sine", "triangle", "steps", "pulses", "hold")[seed % 5]
-    # A plan of pulses repeats them: of a single one nothing shows that the drive followed it.
+    # A plan of pulses repeats them: for a single one nothing shows that the drive followed it.
     samples = float(rng.choice([8, 36] if shape == "pulses" else [5, 8, 36, 100, 1000]))
     rows = int(rng.choice([300, 2000] if shape == "pulses" else [60, 300, 2000]))
     runs = []
@@ -206,7 +206,7 @@ def test_a_single_torque_that_came_late_is_set_aside() -> None:
     torque[215] = torque[214]
     (found,) = frozen_rows(columns, None).items()
     assert (found[0], np.flatnonzero(found[1]).tolist()) == ("torque", [215])
-    torque[100::4] = torque[99:-1:4]  # now as a slower sensor does
+    torque[100::4] = torque[99:-1:4]  # now with a slower sensor
     assert not frozen_rows(columns, None)
 
 
