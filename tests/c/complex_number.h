@@ -1,7 +1,7 @@
 /* Complex-step differentiation, the oracle of optimizer/dual.h: f(x + i h) = f(x) + i h f'(x) with
- * h so small that its square is nothing. One direction a pass. Multiplication, division and
- * functions are those of the complex plane, not rules of differentiation. Comparisons look at the
- * real part.
+ * h so small that its square vanishes. One direction per pass. Multiplication, division and
+ * functions are those of the complex plane, not rules of differentiation. Comparisons use the real
+ * part.
  */
 #ifndef LOSTMOTION_TESTS_COMPLEX_NUMBER_H
 #define LOSTMOTION_TESTS_COMPLEX_NUMBER_H
@@ -51,7 +51,7 @@ class lm_complex {
     return *this = lm_complex(z() - b.z());
   }
   /* Written out: an infinite factor (no overlap) must not become NaN by 0 * infinity in the real
-   * part, which the compiler's own rules resolve in ways of their own. */
+   * part, for which compilers have different rules. */
   lm_complex &operator*=(const lm_complex &b) {
     const double re = re_ * b.re_ - im_ * b.im_;
     im_ = re_ * b.im_ + im_ * b.re_;
@@ -105,7 +105,7 @@ inline bool operator!=(const lm_complex &a, const lm_complex &b) {
 }
 
 /* sin(x + iy) = sin x cosh y + i cos x sinh y, and so on: the library's complex functions do the
- * same with more care for large y. */
+ * same, and more accurately for large y. */
 inline lm_complex real_sin(const lm_complex &a) {
   return lm_complex(std::sin(a.z()));
 }
@@ -146,7 +146,7 @@ inline lm_complex real_atan2(const lm_complex &y, const lm_complex &x) {
   const lm_complex angle(atan2(y.real(), x.real()));
   const lm_complex s = real_sin(angle);
   const lm_complex c = real_cos(angle);
-  /* r sin(difference) and r cos(difference); the difference is of the order of the step */
+  /* r sin(difference) and r cos(difference); the difference has the order of the step */
 
   const std::complex<double> turned =
       (y * c - x * s).z() - std::complex<double>((y * c - x * s).real(), 0.0);

@@ -1,4 +1,4 @@
-/* What a test expects of a function of the design model: a result up to rounding, or a refusal. */
+/* Expected results of functions of the design model: a value up to rounding, or a refusal. */
 #ifndef LOSTMOTION_TESTS_EXPECT_H
 #define LOSTMOTION_TESTS_EXPECT_H
 
@@ -10,7 +10,7 @@
 #define DEG 0.017453292519943295
 #define ARCSEC 4.84813681109536e-6
 
-/* Rounding that a result may carry: float32 by the headers' promise. */
+/* Permitted rounding error of a result: in float32 that of the headers. */
 #define ROUNDING (LM_REAL_BITS == 64 ? 1e-13 : 2e-6)
 
 #define NAN_VALUE ((lm_real)NAN)
@@ -25,7 +25,7 @@ static inline void close_to(double expected, lm_real found, double relative) {
   TEST_ASSERT_DOUBLE_WITHIN(allowed, expected, (double)found);
 }
 
-/* A refusal: this status, this input named in the fault, and the same without a fault to fill. */
+/* A refusal: the status, the input named in the fault, and the same status without a fault. */
 #define REFUSED(expected_status, expected_input, call)       \
   do {                                                       \
     lm_fault *fault_or_null = &fault;                        \

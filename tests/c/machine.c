@@ -111,7 +111,7 @@ process *start_program(const char *program, const char *words, const char *out, 
   start.dwFlags = STARTF_USESTDHANDLES;
   start.hStdOutput = open_for_child(out);
   start.hStdError = open_for_child(err);
-  /* A group of its own: what interrupts it leaves the tests alone. */
+  /* Its own process group: an interrupt does not reach the tests. */
   started = CreateProcessA(NULL, command, NULL, NULL, TRUE,
                            is_wine() ? 0 : CREATE_NEW_PROCESS_GROUP, NULL, NULL, &start, &p->about);
   (void)CloseHandle(start.hStdOutput);
@@ -201,7 +201,7 @@ process *start_program(const char *program, const char *words, const char *out, 
   if (p == NULL) {
     return NULL;
   }
-  /* An emulator stands before the program where this one runs in it. */
+  /* If this program runs in an emulator, the emulator precedes the program. */
   (void)snprintf(text, sizeof text, "%s %s %s", LM_EMULATOR, program, words);
   for (word[0] = strtok(text, " "); word[count] != NULL && count + 1 < WORDS_MAX;) {
     word[++count] = strtok(NULL, " ");

@@ -1,5 +1,5 @@
-/* The two drives of bindings/python/docs/theory/check_values.md, and the words the design tests
- * share. */
+/* The two drives of bindings/python/docs/theory/check_values.md, and helpers of the design tests.
+ * */
 #ifndef LOSTMOTION_TESTS_REFERENCE_DRIVES_H
 #define LOSTMOTION_TESTS_REFERENCE_DRIVES_H
 
@@ -35,8 +35,8 @@ static inline double draw(uint32_t *seed, double low, double high) {
   return low + (high - low) * (double)(*seed >> 8) / 16777216.0;
 }
 
-/* check_values.md, reference drive A: size 20, ratio 100, two discs at 30 deg. Only what is given
- * there is set.
+/* check_values.md, reference drive A: size 20, ratio 100, two discs at 30 deg. Only the values
+ * given there are set.
  */
 static inline lm_drive reference_a(void) {
   lm_drive drive;
@@ -76,7 +76,7 @@ static inline lm_drive reference_e(void) {
   return drive;
 }
 
-/* A drive with everything that follows from what it states. */
+/* A drive with all values that follow from the stated ones. */
 static inline lm_drive completed(lm_drive drive) {
   lm_fault unfit;
   TEST_ASSERT_EQUAL(LM_OK, lm_complete_drive(&drive, &unfit));

@@ -54,7 +54,7 @@ static void put_friction_inside(lm_parameters *p) {
   (void)lm_build_play_bank(&p->plays, play, 4, 0, 0);
 }
 
-/* Operators that follow an envelope of the torque: half as much again about no torque. */
+/* Operators that follow an envelope of the torque: 1.5 times as wide near zero torque. */
 static void follow_envelope(lm_parameters *p) {
   (void)lm_set_envelope(&p->plays, 6, 12, 0);
 }

@@ -52,7 +52,7 @@ static void radial_margins_of_the_reference(void) {
 }
 
 /* The tip of a rack-cut tooth: 2 r (pi/2z + 2 x tan a / z + inv a - inv acos(r_b / r)), and of an
- * internal tooth what the spaces leave, written out in double here. */
+ * internal tooth the pitch minus the space, computed in double here. */
 static void tip_thickness_of_both_gears(void) {
   const lm_drive a = completed(reference_a());
   const double alpha = 20.0 * 3.14159265358979323846 / 180.0;
@@ -97,7 +97,7 @@ static void stresses_of_the_reference(void) {
   TEST_ASSERT_TRUE(checks[LM_CHECK_SAFETY].margin > 0);
 }
 
-/* The scan finds what a scan fifty times finer finds. */
+/* The scan finds the same as a scan fifty times finer. */
 static void smallest_gap_is_the_smallest_over_all_angles_and_phases(void) {
   const lm_generator_type types[] = {LM_COSINE, LM_DISCS, LM_ROLLERS, LM_ELLIPSE};
   int t;
@@ -123,7 +123,7 @@ static void smallest_gap_is_the_smallest_over_all_angles_and_phases(void) {
   }
 }
 
-/* From the clearances of a sweep comes what the scan finds, in every section. */
+/* The clearances of a sweep give the same as the scan, in every section. */
 static void smallest_gap_from_a_sweep(void) {
   static lm_clearance swept[3][LM_SWEEP_COUNT(202, 8)];
   const lm_clearance *const table[] = {swept[0], swept[1], swept[2]};
@@ -260,8 +260,7 @@ static void the_free_root_is_as_deep_as_the_widest_section_needs(void) {
   }
 }
 
-/* At the end of the overlap tip stands against tip; there the gap is finite, and just beyond it is
- * not. */
+/* At the end of the overlap tip meets tip: the gap is finite there, and infinite just beyond. */
 static void the_end_of_the_overlap_is_found(void) {
   lm_drive drives[2];
   int i;

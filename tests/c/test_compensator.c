@@ -25,7 +25,7 @@ static lm_correction step(lm_real torque_Nm) {
   return lm_step_compensator(&joint, &at);
 }
 
-/* For parameters that were changed: an instance reads them at its start. */
+/* Starts an instance again after a change of parameters, which it reads at its start. */
 static void restart(void) {
   TEST_ASSERT_EQUAL(LM_OK, lm_start_compensator(&joint, &parameters, 0, &fault));
 }

@@ -21,7 +21,7 @@ void setUp(void) {
 void tearDown(void) {
 }
 
-/* A torque of which friction takes nothing. */
+/* A torque without any friction. */
 static void load(lm_real torque_Nm) {
   at.torque_Nm = torque_Nm;
   at.wound_Nm = torque_Nm;
@@ -93,8 +93,8 @@ static void every_effect_has_a_card_that_is_whole(void) {
   }
 }
 
-/* What is given is said of what; start values lie before the zeros; only what jumps by a given
- * value and stays has a value to jump by. */
+/* Every scale states its reference; start values precede the zeros; only an effect that jumps by a
+ * given value and stays has such a value. */
 static void every_value_says_how_it_is_fitted(void) {
   int i;
   int k;
@@ -134,7 +134,7 @@ static void twins_are_other_effects(void) {
   }
 }
 
-/* Linear values held at zero switch an effect off, whatever the conditions. */
+/* With all linear values zero an effect is off under all conditions. */
 static void without_amplitude_an_effect_is_nothing(void) {
   int i;
   int k;
@@ -186,8 +186,8 @@ static void linear_values_are_linear(void) {
   }
 }
 
-/* The equations of the cards, written once more with libm. Conditions are those of a size 20 drive
- * of ratio 100. */
+/* The equations of the cards, computed independently with libm. Conditions are those of a size 20
+ * drive of ratio 100. */
 static void the_periodic_effects_follow_their_equations(void) {
   static const lm_real four[] = {LM_REAL(3e-5), LM_REAL(-2e-5), LM_REAL(1e-5), LM_REAL(5e-6)};
   double w;
@@ -209,7 +209,7 @@ static void the_periodic_effects_follow_their_equations(void) {
   }
 }
 
-/* What a lobe carries whose teeth come into contact over an angle of g, in N m. */
+/* Torque of a lobe whose teeth come into contact over an angle of g, N m. */
 static double carried_by_a_lobe(double angle, double g, double compliance) {
   /* sqrt(angle^2 + g^2) - g */
   double pressed = angle * angle / (sqrt(angle * angle + g * g) + g);
@@ -217,7 +217,8 @@ static double carried_by_a_lobe(double angle, double g, double compliance) {
   return angle < 0 ? -size : size;
 }
 
-/* The angle at which two lobes, one before and one behind by runout, carry a torque: by halving. */
+/* The angle at which two lobes, one leading and one lagging by runout, carry a torque: by
+ * bisection. */
 static double angle_of_two_lobes(double torque, double runout, double g, double compliance) {
   double low = -1;
   double high = 1;
@@ -269,7 +270,7 @@ static void the_gaps_close_within_their_torque(void) {
   ASSERT_RUNS_TO(-2e-5, free_play, gap);
   /* Catalogue: 900 arcsec at the input of a size 20 drive of ratio 100 are +-4.5 at the output. */
   ASSERT_RUNS_TO(-0.0044 / 200, input_coupling_play, coupling);
-  /* What turning takes decides the coupling's side as long as the load does not outdo it. */
+  /* The drag of rotation determines the coupling's side as long as the load does not exceed it. */
   load(1);
   ASSERT_RUNS_TO(0.0044 / 200, input_coupling_play, coupling);
   at.input_velocity_rad_s = 60;
@@ -284,7 +285,7 @@ static void the_gaps_close_within_their_torque(void) {
   at.temperature_C = 30;
   ASSERT_RUNS_TO(-5e-5, thermal_gap, thermal);
   at.temperature_C = 0;
-  ASSERT_RUNS_TO(3e-5, thermal_gap, thermal); /* closed for good, not -1e-4 */
+  ASSERT_RUNS_TO(3e-5, thermal_gap, thermal); /* closed completely, not -1e-4 */
   at.cycles = LM_REAL(4e6);
   ASSERT_RUNS_TO(-7e-5 * 2, wear, wear);
   at.cycles = 0;
@@ -393,7 +394,7 @@ static void load_dependent_friction_makes_a_bow_tie(void) {
   assert_near(0.2e-6 * 10, lm_effect_load_dependent_friction.run(value, memory, &at));
 }
 
-/* Gaps and springs in the mesh are wound by what its friction leaves of the torque; the input side
+/* Gaps and springs in the mesh are wound by the torque minus its friction; the input side
  * is in line with the mesh, and teeth slip over at the torque that the whole mesh carries. */
 static void effects_in_the_mesh_see_what_friction_leaves(void) {
   static const lm_effect *const mesh[] = {
@@ -457,7 +458,7 @@ static void sensor_lag_shifts_a_ramp(void) {
   TEST_ASSERT_TRUE(lm_effect_sensor_lag.run(none, memory, &at) == 0);
 }
 
-/* A lag of a hundredth of a sample shows as much of itself as one of a hundred samples. */
+/* A lag of a hundredth of a sample is represented as accurately as one of a hundred samples. */
 static void a_lag_below_one_sample_is_seen_in_full(void) {
   static const lm_real lag_s[] = {LM_REAL(1e-5), LM_REAL(1e-3), LM_REAL(0.1)};
   int k;
@@ -475,7 +476,7 @@ static void a_lag_below_one_sample_is_seen_in_full(void) {
   }
 }
 
-/* A jump without time is behind in full, and then fades with the lag's time constant. */
+/* A jump in zero time lags completely, and then decays with the lag's time constant. */
 static void a_jump_fades_with_the_lag(void) {
   static const lm_real lag_s[] = {LM_REAL(0.02)};
   at.elapsed_s = LM_REAL(0.01);
@@ -568,7 +569,7 @@ static void unknown_conditions_switch_the_effects_off(void) {
       typical[k] = effect->card->value[k].typical;
     }
     memset(memory, 0, sizeof memory);
-    /* What depends on an angle keeps its value at zero: there is no angle that means none. */
+    /* An effect of an angle keeps its value at zero: no angle means that there is none. */
     if (!(effect->covariates & (LM_NEEDS_INPUT_ANGLE | LM_NEEDS_OUTPUT_ANGLE)) &&
         effect != &lm_effect_torque_offset) {
       TEST_ASSERT_TRUE(effect->run(typical, memory, &unknown) ==

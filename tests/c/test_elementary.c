@@ -3,8 +3,8 @@
 #include <math.h>
 #include <unity.h>
 
-/* The bounds are those of the header; libm in double is the reference. In double the reference has
- * roundings of its own (1.1e-16), which the bounds leave room for. */
+/* The bounds are those of the header; libm in double is the reference. In double the reference
+ * itself has rounding errors (1.1e-16), which the bounds allow for. */
 #define IN_DOUBLE (LM_REAL_BITS == 64)
 
 void setUp(void) {

@@ -1,4 +1,4 @@
-/* The build for controllers that know no torque: one play, driven by the commanded angle. */
+/* The build for controllers without a torque: one play, driven by the commanded angle. */
 #include <string.h>
 #include <unity.h>
 
@@ -116,7 +116,7 @@ static void no_gap_is_the_identity(void) {
   }
 }
 
-/* A play inside shares the torque with an elasticity, of which this profile has none. */
+/* A play inside shares the torque with an elasticity, which this profile does not have. */
 static void a_play_inside_moves_nothing(void) {
   lm_play play;
   lm_real angle;
@@ -147,7 +147,7 @@ static void a_recording_is_its_samples_one_by_one(void) {
     TEST_ASSERT_TRUE(lm_step_model(&parameters, &apart, &at) == whole[k]);
   }
   TEST_ASSERT_EQUAL_MEMORY(&apart, &together, sizeof apart);
-  recording.output_angle_rad = 0; /* not measured: the angle stays at nothing */
+  recording.output_angle_rad = 0; /* not measured: the angle remains zero */
   lm_start_model(&together, 0);
   lm_run_model(&parameters, &together, &recording, whole);
   TEST_ASSERT_TRUE(whole[0] == 0 && whole[1999] == 0);
@@ -280,7 +280,7 @@ static void a_joint_that_turns_endlessly_keeps_its_gap(void) {
   TEST_ASSERT_TRUE(distance(now.correction_rad, -HALF_GAP) < LM_REAL(1e-6));
 }
 
-/* Within the gap, and while it is not known where in it, too. */
+/* Within the gap, also while the position in the gap is unknown. */
 static void a_shift_changes_nothing_but_the_reference(void) {
   lm_real shift;
   for (shift = -6; shift < 7; shift += 2) {

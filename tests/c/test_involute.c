@@ -61,8 +61,8 @@ static void tooth_and_space_are_equal_on_the_reference_circle(void) {
   ASSERT_NEAR(BOUND(1e-16, 1e-7), LM_PI / 400, lm_evaluate_involute(&flank, 25).half_angle_rad);
 }
 
-/* The involute is the path of a string unrolled from the base circle: after a roll t its end stands
- * at r_b (cos t + t sin t, sin t - t cos t). */
+/* The involute is the path of a string unrolled from the base circle: after a roll t its end is at
+ * r_b (cos t + t sin t, sin t - t cos t). */
 static void the_flank_is_an_unrolled_string(void) {
   const lm_involute flank = lm_make_involute(LM_REAL(1), 40, LM_REAL(20) * DEGREE, LM_REAL(0.5));
   const double base = (double)flank.base_mm;
@@ -93,7 +93,7 @@ static void the_half_angle_falls_by_the_tangent_over_the_radius(void) {
   }
 }
 
-/* Series below, difference above tan a = 0.3: both tell the same there. */
+/* Series below tan a = 0.3, difference above it: both are equal there. */
 static void the_series_joins_the_difference(void) {
   lm_involute flank;
   double below;
@@ -193,8 +193,7 @@ static lm_status refused(const lm_drive *drive) {
 /* A strong negative shift puts a tip below the base circle. */
 static void tips_below_the_base_circle_are_refused(void) {
   lm_drive drive = reference_a();
-  drive.teeth.engagement_depth =
-      LM_REAL(9.5); /* reference A's rigid tip stands 8.2 m above its base */
+  drive.teeth.engagement_depth = LM_REAL(9.5); /* reference A's rigid tip is 8.2 m above its base */
   TEST_ASSERT_EQUAL(LM_INCONSISTENT, refused(&drive));
   TEST_ASSERT_EQUAL_STRING("teeth.engagement_depth", fault.input);
   drive = reference_a();

@@ -1,4 +1,4 @@
-/* What a drive carries: formulas of the sources by hand, and the balance of the forces. */
+/* Load capacity of a drive: formulas of the sources by hand, and the balance of the forces. */
 #include "lostmotion/load_capacity.h"
 
 #include "reference_drives.h"
@@ -31,8 +31,8 @@ static void the_wall_buckles_as_a_thin_cylinder(void) {
               lm_cup_buckling_torque(&drive, LM_REAL(25)));
 }
 
-/* The strip is clamped at the hub; its other end turns by w / L and shifts by r w / (4 L). A longer
- * cup is less bent, in proportion. */
+/* The strip is clamped at the hub; its other end turns by w / L and shifts by r w / (4 L). The
+ * bending is inversely proportional to the length of the cup. */
 static void coning_falls_with_the_length_of_the_cup(void) {
   lm_drive drive = size20();
   lm_real shorter;
@@ -81,7 +81,7 @@ static void the_loads_are_those_of_the_torque(void) {
     TEST_ASSERT_TRUE(load.largest_share > LM_REAL(0.03) && load.largest_share < LM_REAL(0.5));
     ASSERT_NEAR(1e-3 * (double)load.ratcheting_torque_Nm,
                 40 * (double)load.depth_mm / (double)load.deflection_mm, load.ratcheting_torque_Nm);
-    /* not deeper than on the axis at the open edge, 1.2 modules and what the cone adds */
+    /* not deeper than on the axis at the open edge, 1.2 modules and the share of the cone */
     TEST_ASSERT_TRUE(load.depth_mm > 0 && load.depth_mm < LM_REAL(0.36));
     TEST_ASSERT_EQUAL(LM_OK, lm_find_rated_load(&drive, 4, &workspace, &worst, &fault));
     TEST_ASSERT_TRUE(worst.largest_force_N >= load.largest_force_N);

@@ -26,7 +26,7 @@ static lm_clearance at_degrees(double angle) {
   return lm_tooth_clearance(&mesh, LM_REAL(angle) * DEGREE);
 }
 
-/* Printed tables hold within 0.003 arcmin; float32 within 0.01 of the exact value. */
+/* Printed tables agree within 0.003 arcmin; float32 within 0.01 of the exact value. */
 #define TABLE BOUND(0.003, 0.011)
 
 /* --- published values ----------------------------------------------------------------------------
@@ -81,7 +81,7 @@ static void the_gaps_of_reference_a(void) {
   }
 }
 
-/* check_values.md, reference drive E: polygons turned until they touch. */
+/* check_values.md, reference drive E: polygons rotated until they touch. */
 static void the_gaps_of_reference_e(void) {
   static const double angle[] = {-20, -10, 0, 5, 10, 20, 30, 40, 50};
   static const double gap[] = {1.893, .567, .090, .282, .905, 3.733, 9.119, 17.519, 28.646};
@@ -132,7 +132,8 @@ static void a_smaller_wave_opens_near_teeth_and_closes_far_ones(void) {
   }
 }
 
-/* check_values.md, neutral line: the ellipse leaves the cosine by at most 6 arcsec up to 45 deg. */
+/* check_values.md, neutral line: the ellipse differs from the cosine by at most 6 arcsec up to 45
+ * deg. */
 static void the_elliptical_cam_is_nearly_the_cosine(void) {
   lm_drive drive = reference_a();
   double gap[19];
@@ -162,7 +163,7 @@ static double half_angle(const lm_involute *flank, double radius) {
 }
 
 /* The gap by sampling the flank: the smallest angle over the radii that both flanks have. Points
- * outside are left out, so this is an upper bound, close where contact is inside. */
+ * outside are left out, so this is an upper bound, a close one if contact is inside. */
 static double sampled_gap(double angle, int forward) {
   enum { POINTS = 4000 };
   const lm_geometry *g = &mesh.geometry;
@@ -216,7 +217,7 @@ static lm_drive random_drive(void) {
   return drive;
 }
 
-/* Both flanks at twelve angles; gives how many gaps were compared. */
+/* Both flanks at twelve angles; returns the number of compared gaps. */
 static int compare_with_samples(const lm_drive *drive) {
   int compared = 0;
   int i;
@@ -230,7 +231,7 @@ static int compare_with_samples(const lm_drive *drive) {
     if (isinf(gap->gap_rad)) {
       TEST_ASSERT_TRUE(gap->radius_mm == 0 && gap->flank_angle_rad == 0);
       TEST_ASSERT_TRUE(isinf(sampled) || LM_REAL_BITS == 32);
-    } else if (!isinf(sampled)) { /* an overlap thinner than the samples is passed over */
+    } else if (!isinf(sampled)) { /* an overlap thinner than the sampling is skipped */
       TEST_ASSERT_TRUE(in_arcmin(gap->gap_rad) <= sampled + BOUND(1e-4, 0.05));
       ASSERT_NEAR(BOUND(0.02, 0.08), sampled, in_arcmin(gap->gap_rad));
       compared++;
@@ -250,9 +251,9 @@ static void the_gap_is_the_smallest_over_the_common_radii(void) {
   TEST_ASSERT_TRUE(compared > 300);
 }
 
-/* Where the flanks fit so well that the bend of the gap drowns in float32's rounding, the curvature
- * comes out as nothing or below it at a few minima of random drives: no step of Newton is to be
- * made from it. In double the same drives are ordinary. */
+/* If the flanks fit so well that the curvature of the gap is below float32's rounding, it is zero
+ * or negative at a few minima of random drives: Newton steps must not use it. In double the same
+ * drives are ordinary. */
 static void a_gap_without_a_bend_keeps_its_minimum(void) {
   static const struct {
     int external;
@@ -305,8 +306,8 @@ static void a_flank_ends_on_its_base_circle(void) {
   TEST_ASSERT_TRUE(mesh.geometry.rigid_root_mm < mesh.geometry.rigid.base_mm);
 }
 
-/* The same contact, seen from the rigid gear: the flank angle is the pressure angle less the half
- * angle there. */
+/* The same contact in the coordinates of the rigid gear: the flank angle is the pressure angle
+ * minus the half angle there. */
 static void the_flank_angle_belongs_to_the_radius_of_contact(void) {
   const lm_drive drive = reference_a();
   int i;
@@ -408,7 +409,7 @@ static void far_teeth_do_not_overlap(void) {
   }
 }
 
-/* Both lobes are equal: the tooth half a turn on meets its own space in the same way. */
+/* Both lobes are equal: the opposite tooth meets its own space in the same way. */
 static void clearances_repeat_every_half_turn(void) {
   int round;
   for (round = 0; round < 20; round++) {
@@ -495,7 +496,7 @@ static void a_lobe_lists_every_tooth_in_its_order(void) {
         TEST_ASSERT_TRUE(alone.forward.gap_rad == lobe[i].forward.gap_rad);
         TEST_ASSERT_TRUE(alone.backward.gap_rad == lobe[i].backward.gap_rad);
       }
-      /* The teeth next to both ends are the first outside. */
+      /* The teeth next to both ends are the first ones outside. */
       TEST_ASSERT_TRUE((double)lobe[count - 1].angle_rad + 0.999 * pitch > 1.5707963);
       TEST_ASSERT_TRUE((double)lobe[0].angle_rad - 0.999 * pitch < -1.5707963);
     }
@@ -544,7 +545,7 @@ static void the_lobe_mirrors(void) {
   }
 }
 
-/* A tooth within a hair of 90 deg is on it, on either end. */
+/* A tooth within rounding of 90 deg is at 90 deg, at either end. */
 static void teeth_at_ninety_degrees_are_listed_at_both_ends(void) {
   const lm_drive drive = reference_a();
   const double pitch = 2 * 3.14159265358979323846 / 200;

@@ -86,8 +86,8 @@ static void one_big_step_is_many_small_ones(void) {
   }
 }
 
-/* Whatever happened below a swing is forgotten by it, in both places of friction, also where it
- * follows an envelope. */
+/* A swing erases all smaller ones before it, for friction inside and outside, also with an
+ * envelope. */
 static void a_larger_swing_wipes_out_what_went_before(void) {
   int form;
   for (form = 0; form < 3; ++form) {
@@ -143,8 +143,8 @@ static void check_round_trips(int histories) {
   }
 }
 
-/* A million random histories, a third of each form of friction; fewer where nothing is optimized
- * and sanitizers or counters look at every step. */
+/* A million random histories, a third of each form of friction; fewer in builds without
+ * optimization or with sanitizers or coverage. */
 #ifdef __OPTIMIZE__
 #define HISTORIES 1000000
 #else
@@ -178,7 +178,7 @@ static void the_inverse_knows_its_range(void) {
   TEST_ASSERT_TRUE(torque_Nm == 7);
 }
 
-/* Where the model is flat (a gap without friction) any torque of the flat will do. */
+/* If the model is flat (a gap without friction), any torque of the flat part is correct. */
 static void a_flat_piece_inverts_to_a_torque_on_it(void) {
   static const lm_real t[] = {-80, -5, 5, 80};
   static const lm_real a[] = {LM_REAL(-1e-3), 0, 0, LM_REAL(1e-3)};
@@ -198,7 +198,7 @@ static void a_torque_without_meaning_is_the_torque_before(void) {
   lm_real angle = step(20);
   TEST_ASSERT_TRUE(step(zero / zero) == angle);
   TEST_ASSERT_TRUE(memory.plays.torque_Nm == 20);
-  /* A quotient that went wrong: one such sample must not sweep the whole memory. */
+  /* An invalid quotient: one such sample must not reset the whole memory. */
   TEST_ASSERT_TRUE(step(1 / zero) == angle);
   TEST_ASSERT_TRUE(step(-1 / zero) == angle);
   TEST_ASSERT_TRUE(memory.plays.torque_Nm == 20);
@@ -208,8 +208,8 @@ static void a_torque_without_meaning_is_the_torque_before(void) {
   TEST_ASSERT_TRUE(memory.plays.torque_Nm == 0);
 }
 
-/* The torque before has the effects in it already: a sensor that is gone for a while must not add
- * them tick by tick. */
+/* The previous torque already contains the effects: while a sensor is missing they must not be
+ * added in every tick. */
 static void effects_on_the_torque_do_not_pile_up_while_it_is_missing(void) {
   lm_real zero = 0;
   lm_real angle;
@@ -247,7 +247,7 @@ static void effects_act_in_their_places(void) {
   TEST_ASSERT_TRUE(memory.width_scale >= kept.width_scale);
 }
 
-/* Torque effects cannot push the torque past the limit, nor take it away. */
+/* Torque effects can neither move the torque beyond the limit nor make it not finite. */
 static lm_real poison(const lm_real *value, lm_real *own, const lm_conditions *now) {
   lm_real zero = now->torque_Nm - now->torque_Nm;
   own[0] = 1;
@@ -331,7 +331,7 @@ static void a_recording_is_the_single_steps(void) {
 
 enum { ROWS = 203, COLUMNS = 10 };
 
-/* A recording that has a column where the bit is set; now and then a number means nothing. */
+/* A recording with the columns of the set bits; some numbers are not finite. */
 static lm_recording draw_recording(uint32_t columns) {
   static lm_real column[COLUMNS][ROWS];
   static const lm_real reach[COLUMNS] = {90, LM_REAL(3.1), LM_REAL(3.1), 100, 50,
@@ -385,7 +385,7 @@ static void draw_plays(void) {
   }
 }
 
-/* Each effect of the library by chance, in the order of the kinds, at its typical values. */
+/* A random choice of the library's effects, in the order of the kinds, at typical values. */
 static void draw_effects(lm_real share) {
   int kind;
   int i;

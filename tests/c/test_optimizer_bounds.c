@@ -1,4 +1,4 @@
-/* What bounds exclude: only what no design of a combination can keep. */
+/* Bounds exclude only combinations in which no design can be within the limits. */
 #include <stdio.h>
 
 #include "archive.h"
@@ -40,7 +40,7 @@ static void read_variant(const char *variant, const char *more) {
   lm_lay_out(&problem, &scan, &layout);
 }
 
-/* A drawn point; 1 when the model takes it. */
+/* A random point; 1 if the model accepts it. */
 static int measure(int which, int *combination) {
   double unit[LM_FREE_MAX];
   int k;
@@ -52,7 +52,7 @@ static int measure(int which, int *combination) {
          LM_OK;
 }
 
-/* Limits that a drawn design just keeps do not exclude its combination. */
+/* Limits equal to the figures of a random design do not exclude its combination. */
 static void test_no_design_that_holds_is_excluded(void) {
   int variant;
   int measured = 0;

@@ -1,4 +1,4 @@
-/* Numbers of files under any locale, the ones with a decimal comma too. */
+/* Numbers of files in any locale, including those with a decimal comma. */
 #include <float.h>
 #include <locale.h>
 #include <math.h>

@@ -56,7 +56,7 @@ static void add_link(double influence, double position, int distribution, int zo
   problem.link_count++;
 }
 
-/* A size 20 with everything that can vary varying: 15 ranges, so two passes of the dual numbers. */
+/* A size 20 in which everything that can vary varies: 15 ranges, so two passes of dual numbers. */
 static void start(lm_generator_type type) {
   lm_fault fault;
   lm_start_problem(&problem);
@@ -155,9 +155,9 @@ static void add_results(norm *sum, int first, int count, double weight) {
   }
 }
 
-/* Largest relative difference to the complex step: ten times the rounding of what the forces of the
- * pairs pass through. A generated flank passes through differences over 1e-3 rad of its motion, and
- * corners where two zones cross at a small angle: of 200 designs of test_double_arcs and
+/* Largest relative difference to the complex step: ten times the rounding in the calculation of the
+ * forces of the pairs. A generated flank contains differences over 1e-3 rad of its motion,
+ * and corners where two zones cross at a small angle: of 200 designs of test_double_arcs and
  * test_s_teeth 187 are within 1e-9 in every result, all within this. */
 #define SLOPE_BOUND 1e-11
 
@@ -204,7 +204,7 @@ static void compare_design(const char *text) {
   check_norm(&gaps, "side clearance", text);
 }
 
-/* Random designs of every wave generator: 200, or what the program is called with. */
+/* Random designs of every wave generator: 200, or the number in the program's argument. */
 static int designs = 200;
 
 /* The derivatives of every figure and limit agree to 1e-12. */
@@ -221,7 +221,8 @@ static void compare_drawn(uint32_t seed, int wanted) {
     }
     draws++;
     problem.level = draws % 3;
-    problem.bounds.gap_at_worst_corner = draws % 2; /* 0: grades go their own, short way */
+    problem.bounds.gap_at_worst_corner =
+        draws % 2; /* 0: grades have their own, shorter calculation */
     if (lm_evaluate_slopes(&problem, &scan, &layout, 0, unit, dual_result, dual_slope, workspace,
                            NULL) == LM_OK) {
       TEST_ASSERT_EQUAL_INT(

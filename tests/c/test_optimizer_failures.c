@@ -1,6 +1,6 @@
 /* Every call of the optimizer to the system that can fail, failed once: memory, files, threads; and
  * every call to the model. The linker puts the functions below in the place of both (--wrap). A run
- * must end with a status and a word, leak nothing and continue later to the same bytes. */
+ * must end with a status and a message, leak nothing and continue later to the same bytes. */
 #define _XOPEN_SOURCE 700 /* locks */
 #include <errno.h>
 #include <math.h>
@@ -59,7 +59,7 @@ int __wrap_ferror(FILE *file) {
   return file == broken || __real_ferror(file);
 }
 
-/* fclose closes all the same, so that nothing leaks. */
+/* fclose still closes the file, so that nothing leaks. */
 int __real_fclose(FILE *file);
 int __wrap_fclose(FILE *file);
 int __wrap_fclose(FILE *file) {
@@ -94,7 +94,7 @@ int __wrap_lockf(int handle, int what, off_t length) {
   return __real_lockf(handle, what, length);
 }
 
-static long cores; /* != 0: what the machine says */
+static long cores; /* != 0: returned number of cores */
 
 long __real_sysconf(int name);
 long __wrap_sysconf(int name);
@@ -104,7 +104,7 @@ long __wrap_sysconf(int name) {
 
 /* --- the model --- */
 
-/* What an evaluation, a certificate or a search calls of the model. */
+/* Functions of the model that an evaluation, a certificate or a search calls. */
 typedef enum model_call {
   EVALUATE_POINT = 1,
   EVALUATE_SLOPES = 2,
@@ -122,7 +122,7 @@ typedef enum model_call {
 static int watched;         /* model_call, those that count */
 static int model_left = -1; /* of them until one fails */
 static int model_failed;
-static int stop_left = -1; /* evaluations until somebody says stop */
+static int stop_left = -1; /* evaluations until a stop is requested */
 static volatile int stop_flag;
 
 static int model_fails(model_call call) {
@@ -136,7 +136,7 @@ static int model_fails(model_call call) {
   return 1;
 }
 
-/* No function of the model itself ever gives this status. */
+/* No function of the model itself returns this status. */
 #define REFUSAL LM_CORRUPT
 
 #define WRAP_MODEL(call, name, declared, passed)               \
@@ -178,8 +178,8 @@ lm_status __wrap_lm_prepare_meshes(const lm_drive *drive, int nodes, lm_design_w
   return model_fails(call) ? REFUSAL : __real_lm_prepare_meshes(drive, nodes, w, f);
 }
 
-static int gap_short; /* 1: the smallest gap stays one arcmin too small, whatever is done */
-static int no_slope;  /* 1: derivatives are no numbers */
+static int gap_short; /* 1: the smallest gap always remains one arcmin too small */
+static int no_slope;  /* 1: derivatives are NaN */
 
 lm_status __real_lm_find_smallest_gap(const lm_mesh meshes[], int sections, int steps,
                                       lm_smallest_gap *gap, lm_fault *f);
@@ -267,7 +267,7 @@ static void shell(const char *words) {
   TEST_ASSERT_EQUAL_INT(0, system(command));
 }
 
-/* A folder of its own, so that two runs at once leave each other alone. */
+/* Its own folder, so that simultaneous runs do not interfere. */
 void setUp(void) {
   strcpy(folder, "optimizer_failures_XXXXXX");
   TEST_ASSERT_NOT_NULL(mkdtemp(folder));
@@ -308,7 +308,7 @@ static int run_with_failure(int at, int resume, int workers, char note[LM_NOTE_M
   return status;
 }
 
-/* No result is there in part; and what did not begin left nothing behind. */
+/* No result is incomplete, and a search that did not begin left no file. */
 static void check_nothing_torn(int never_begun) {
   static const char *const names[] = {"best.toml",  "certificate.json", "combinations.csv",
                                       "front.csv",  "history.csv",      "infeasible.json",
@@ -361,8 +361,8 @@ static void test_every_failure_of_a_resumed_run_is_told(void) {
   fail_each_call(1, 1);
 }
 
-/* POSIX lets a system say either when another process has the lock. A file system without locks is
- * searched in all the same. */
+/* POSIX permits both values if another process has the lock. A search works also in a file system
+ * without locks. */
 static void test_a_journal_that_another_process_has_is_refused(void) {
   static const int held[] = {EACCES, EAGAIN};
   char note[LM_NOTE_MAX];
@@ -465,7 +465,7 @@ static void make_task(int kind, lm_task *task) {
   memcpy(task->unit, middle, sizeof task->unit);
 }
 
-/* A refused point is one that counts and that nothing is built on. */
+/* A refused point is charged, and no other point is derived from it. */
 static void test_a_task_goes_on_past_every_refusal(void) {
   lm_task task;
   int kind;
@@ -591,7 +591,7 @@ static void test_an_explanation_goes_on_past_every_refusal(void) {
     TEST_ASSERT_TRUE(model_failed);
     TEST_ASSERT_TRUE(relax[LM_LIMIT_FIGURE] > 0);
     watch(0, -1);
-    /* and without memory there is no answer, or NLopt did without and the answer is the same */
+    /* without memory there is no answer, or NLopt did not need it and the answer is the same */
     memcpy(unit, start, sizeof unit);
     TEST_ASSERT_EQUAL_INT(LM_OK,
                           lm_explain_infeasible(&problem, 0, unit, 2000, whole, workspace, NULL));
@@ -609,7 +609,7 @@ static void test_an_explanation_goes_on_past_every_refusal(void) {
     TEST_ASSERT_GREATER_THAN_INT(0, refused);
     TEST_ASSERT_GREATER_THAN_INT(1, at);
   }
-  /* the point that the solver ends at is refused: what is stated is of its start */
+  /* the last point of the solver is refused: the answer states its start */
   for (at = 0; at < 40; at++) {
     double unit[LM_FREE_MAX] = {0.1 * (at % 10), 1 - 0.1 * (at % 10)};
     watch(EVALUATE_POINT, 0);
@@ -694,13 +694,12 @@ static void test_a_drive_that_has_no_memory_to_be_written_to_is_null(void) {
     none += text == NULL;
     lm_free_text(text);
   } while (failed);
-  /* every call but the closing, after which the text is whole */
+  /* every call except closing the file, after which the text is complete */
   TEST_ASSERT_GREATER_THAN_INT(2, none);
   TEST_ASSERT_EQUAL_INT(at - 2, none);
 }
 
-/* A machine that does not know its cores has one; one with more than there is room for is used so
- * far. */
+/* If the number of cores is unknown it is one; a larger number than the limit is reduced to it. */
 static void test_a_pool_has_as_many_workers_as_the_machine_cores(void) {
   static const long said[] = {-1, LM_WORKERS_MAX + 1};
   int i;

@@ -1,4 +1,4 @@
-/* The journal of a search: what is read back, and every way in which a file can be none. */
+/* The journal of a search: reading, and all kinds of files that are not journals. */
 #include <errno.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -102,7 +102,7 @@ static void test_answers_come_back_in_their_order(void) {
                            offsetof(lm_answer, solution) + 2 * sizeof last->solution[0]);
 }
 
-/* What the sink refuses is no torn end: nothing is cut. */
+/* An answer that the reader refuses is not an incomplete end: nothing is cut. */
 static void test_a_refused_answer_leaves_the_journal_as_it_was(void) {
   lm_journal *journal = NULL;
   write_journal();
@@ -116,7 +116,7 @@ static void test_a_refused_answer_leaves_the_journal_as_it_was(void) {
   TEST_ASSERT_EQUAL_INT(2, taken);
 }
 
-/* A record that is not what was written ends the journal there, and what follows it is cut. */
+/* A changed record ends the journal, and everything from it on is cut. */
 static void assert_ends_there(const head *h, size_t length) {
   write_journal();
   append_record(h, last, length);
@@ -167,7 +167,7 @@ static void test_a_record_that_is_none_ends_the_journal(void) {
   last->member_count = LM_PARENT_MAX + 1;
   h = head_of(last, least + (LM_PARENT_MAX + 1) * one);
   assert_ends_there(&h, least + (LM_PARENT_MAX + 1) * one);
-  last->solution_count = 2; /* and one is there */
+  last->solution_count = 2; /* and one exists */
   h = head_of(last, least + one);
   assert_ends_there(&h, least + one);
 }
@@ -183,7 +183,7 @@ static long length_of(const char *name) {
   return length;
 }
 
-/* A bad disk: the first record is damaged, the second whole. What is cut off is kept. */
+/* A faulty disk: the first record is damaged, the second complete. The cut part is saved. */
 static void test_a_journal_that_is_damaged_in_its_midst_is_kept_beside_itself(void) {
   char kept[sizeof path + sizeof LM_JOURNAL_DAMAGED];
   const long first = HEADER_BYTES + (long)strlen(spec);
@@ -199,11 +199,11 @@ static void test_a_journal_that_is_damaged_in_its_midst_is_kept_beside_itself(vo
   TEST_ASSERT_EQUAL_INT(1, report.behind);
   TEST_ASSERT_EQUAL_INT(before, length_of(kept));
   TEST_ASSERT_EQUAL_INT(first, length_of(path));
-  /* Whole again, and nothing more is reported. */
+  /* The journal is complete again, and nothing more is reported. */
   TEST_ASSERT_EQUAL_INT(LM_OK, resume_with(spec));
   TEST_ASSERT_EQUAL_INT(0, report.torn + report.behind);
   TEST_ASSERT_EQUAL_INT(0, remove(kept));
-  /* Where it cannot be kept, it stays as it is. */
+  /* If the cut part cannot be saved, the journal is not changed. */
   write_journal();
   before = length_of(path);
   overwrite(first + 40, "damage", 6);
@@ -211,7 +211,7 @@ static void test_a_journal_that_is_damaged_in_its_midst_is_kept_beside_itself(vo
   TEST_ASSERT_EQUAL_INT(LM_CORRUPT, resume_with(spec));
   TEST_ASSERT_EQUAL_INT(before, length_of(path));
   TEST_ASSERT_TRUE(lm_remove_folder(kept));
-  /* A mark alone, inside what was damaged, is no record. */
+  /* A mark alone within the damaged part is not a record. */
   write_journal();
   before = length_of(path);
   overwrite(first + 40, &(uint32_t){MARK}, sizeof(uint32_t));
@@ -252,7 +252,7 @@ static void test_a_journal_that_is_there_is_not_replaced(void) {
 
 static const char *this_program;
 
-/* 0: a process of its own could continue with the journal. It is this program with the word resume.
+/* 0: another process could continue the journal. It is this program with the argument resume.
  */
 static int errno_of_another_process(void) {
   char words[128];

@@ -35,7 +35,7 @@ void tearDown(void) {
   free(certificate);
 }
 
-/* Reference drive A of check_values.md, without what the tests below say in two ways. */
+/* Reference drive A of check_values.md, without the values that the tests below vary. */
 static const char base_spec[] =
     "rated_torque_Nm 40\n"
     "torque_Nm 1.6\n"
@@ -164,8 +164,8 @@ static void test_each_level_is_the_certificates(void) {
   }
 }
 
-/* Two links that are hardly ever both at their ends have a probable gap below the worst one; one
- * that is triangular is as far off as its limits and no further. */
+/* Two links that are hardly ever both at their ends have a probable gap below the worst one; the
+ * gap of a triangular one is at most at its limits. */
 static void test_the_probable_gap_is_never_above_the_worst(void) {
   static const char *const chain[] = {
       "link 0.5 48 0.5 0 1 normal generator\nlink 1.37 0.25 0.5 0 2 normal teeth\n",
@@ -184,7 +184,7 @@ static void test_the_probable_gap_is_never_above_the_worst(void) {
   }
 }
 
-/* What has a grade only continues from what has been measured. */
+/* Only variables with a grade continue from measured values. */
 static void test_other_grades_alone_need_no_new_contacts(void) {
   lm_gapless gapless[LM_PHASE_MAX];
   double value[LM_KEY_COUNT];
@@ -208,7 +208,7 @@ static void test_other_grades_alone_need_no_new_contacts(void) {
                    lm_measure_tolerances(&problem, &layout, value, &drive, gapless, other, &fault));
 }
 
-/* A field about the middle takes half of it. */
+/* A symmetric field reduces it by half. */
 static void test_interference_is_of_the_tightest_chain(void) {
   read_with(by_differences, "link 1 50 0 0 1 normal generator\n", "");
   assert_evaluated(result);
@@ -220,7 +220,7 @@ static void test_interference_is_of_the_tightest_chain(void) {
               single(result, LM_LIMIT_INTERFERENCE));
 }
 
-/* A fit that ends where the limit stands is allowed, whatever its sums round to. */
+/* A fit that ends exactly at the limit is allowed, regardless of rounding. */
 static void test_interference_may_reach_its_limit(void) {
   const lm_tolerance_link *link = workspace->drive.tolerances;
   read_with(by_differences, links, "link 1 50 0.1 0.0003 1 normal generator\nlevel worst\n");
@@ -260,7 +260,7 @@ static void test_free_assembly_counts_only_where_asked(void) {
   TEST_ASSERT_TRUE(single(result, LM_LIMIT_FREE_ASSEMBLY) != -1);
 }
 
-/* At the worst corner each flank loses what the tightest teeth take, T tan(alpha) / r: of 0.5 IT7
+/* At the worst corner each flank loses T tan(alpha) / r by the tightest teeth: of 0.5 IT7
  * of 0.25 mm, 5 um, about 2.5 arcsec a um at 25 mm. */
 static void test_the_worst_corner_takes_from_the_gaps(void) {
   int lost = 0;
@@ -277,7 +277,7 @@ static void test_the_worst_corner_takes_from_the_gaps(void) {
     }
   }
   TEST_ASSERT_GREATER_THAN_INT(20, lost);
-  /* only there do grades make a gradient dearer */
+  /* only there do grades make a gradient more expensive */
   TEST_ASSERT_EQUAL_INT(LM_GRADIENT_CHARGE, lm_slope_charge(&problem));
 }
 
@@ -325,7 +325,7 @@ static void test_externally_the_flexspline_moves(void) {
   TEST_ASSERT_EQUAL_INT(1, lm_open_gap(&problem, 0, 0.1, unit));
   lm_point_values(&problem, 0, unit, after);
   ASSERT_NEAR(0, before[LM_KEY_FLEXSPLINE_SHIFT], after[LM_KEY_FLEXSPLINE_SHIFT]);
-  /* at the end of the range nothing is left to move */
+  /* at the end of the range the shift cannot move further */
   unit[1] = 1;
   TEST_ASSERT_EQUAL_INT(0, lm_open_gap(&problem, 0, 60, unit));
   read_with("range teeth.rigid_shift 2.8 3.1\n", "", "");
@@ -339,7 +339,7 @@ static lm_status certify(void) {
   return lm_certify(&problem, 0, middle, certificate, workspace, &fault);
 }
 
-/* A nominal gap is a link without tolerance: the lost motion of every drive has it. */
+/* A nominal gap is a link without tolerance: the lost motion of every drive contains it. */
 static void test_a_nominal_gap_is_in_every_sampled_drive(void) {
   double without;
   double turn = 0;
@@ -391,7 +391,7 @@ static void test_a_constant_objective_has_no_residual(void) {
       "range teeth.engagement_depth 1.1 1.3\n");
   TEST_ASSERT_EQUAL_INT(LM_OK, certify());
   ASSERT_NEAR(0, 0, certificate->residual);
-  /* a limit that it just keeps binds, and nothing relieves it */
+  /* a limit that is just met is active, and no variable changes it */
   problem.bounds.figure_max[LM_FIGURE_COST] = certificate->figure[LM_FIGURE_COST] * (1 + 1e-6);
   TEST_ASSERT_EQUAL_INT(LM_OK, certify());
   TEST_ASSERT_EQUAL_INT(1, certificate->limit[(int)LM_LIMIT_FIGURE + (int)LM_FIGURE_COST].binds);

@@ -37,7 +37,7 @@ static void read_reference(void) {
   lm_lay_out(&problem, &scan, &layout);
 }
 
-/* The point builds the drive that a drive file with the same words gives. */
+/* The point gives the same drive as a drive file with the same values. */
 static void test_a_point_is_the_drive_that_its_values_say(void) {
   lm_drive expected = reference_a();
   lm_drive drive;
@@ -64,7 +64,7 @@ static void test_gap_rows_are_the_published_clearances(void) {
   ASSERT_NEAR(0.003, -0.780, result[layout.gap_start + 2 * 10]);
 }
 
-/* At every level: what depends on tolerances is computed anew, and nothing else does. */
+/* At every level only the results that depend on tolerances are computed again. */
 static void test_other_tolerances_alone_are_the_same_as_a_whole_evaluation(void) {
   static const char *const levels[] = {"level worst\n", "level probable\n", "level quantile\n"};
   static double whole[LM_RESULT_MAX];
@@ -121,7 +121,7 @@ static void test_other_tolerances_alone_are_the_same_as_a_whole_evaluation(void)
   lm_free_workspace(other);
 }
 
-/* The figure is what lm_reversal_lost_motion says of the same drive. */
+/* The figure equals lm_reversal_lost_motion of the same drive. */
 static void test_lost_motion_is_the_models(void) {
   lm_drive drive;
   lm_fault fault;
@@ -188,7 +188,7 @@ static void test_closing_never_takes_too_much(void) {
   }
 }
 
-/* Objectives that differ by rounding alone are equal, so that no front is made of it. */
+/* Objectives that differ only by rounding are equal, so that they do not form a front. */
 static void test_rounding_makes_no_front(void) {
   const double unit[LM_FREE_MAX] = {0};
   const double one[LM_OBJECTIVE_MAX] = {5.0, 1.8e-12};
@@ -206,8 +206,8 @@ static void test_rounding_makes_no_front(void) {
   TEST_ASSERT_TRUE(list[0].objective[0] == 5.0 && list[0].objective[1] == 0);
 }
 
-/* A long list that is full: designs that come close to an end of the front, again and again, leave
- * the end. In a short one the ends would be most of it. */
+/* A long list that is full: many designs close to an end of the front do not displace the end. In a
+ * short list the ends would be most of it. */
 static void test_a_full_list_keeps_its_ends(void) {
   static const int places[] = {40, 8};
   const double unit[LM_FREE_MAX] = {0};
@@ -235,7 +235,7 @@ static void test_a_full_list_keeps_its_ends(void) {
   }
 }
 
-/* Designs on a coarse grid, so that many are as good as another; every third breaks a limit. */
+/* Designs on a coarse grid, so that many are equally good; every third violates a limit. */
 static void draw_designs(lm_solution list[], int count) {
   const double unit[LM_FREE_MAX] = {0};
   uint64_t state = (uint64_t)count;
@@ -259,7 +259,7 @@ static int beats(const lm_solution *a, const lm_solution *b) {
          !lm_is_as_good(&problem, b->objective, a->objective);
 }
 
-/* Each that no other is as good as stays, of equal ones the first, and nothing else. */
+/* The list keeps exactly the designs that no other dominates, of equal ones the first. */
 static void test_a_list_holds_what_nothing_is_as_good_as(void) {
   lm_solution drawn[60];
   lm_solution list[60];
@@ -288,7 +288,7 @@ static void test_a_list_holds_what_nothing_is_as_good_as(void) {
   }
 }
 
-/* Each front is all that no design of it or behind it beats. */
+/* Each front consists of all designs that none of it or of later fronts dominates. */
 static void test_selection_goes_front_by_front(void) {
   lm_solution list[80];
   int first;
@@ -324,7 +324,7 @@ static void test_selection_goes_front_by_front(void) {
   }
 }
 
-/* What differs from the reference in one line, and the line that is named. */
+/* A spec that differs from the reference in one line, and the line that is named. */
 static void assert_refused(const char *line, int at, const char *word) {
   lm_spec_error error = {-1, ""};
   char text[2048];

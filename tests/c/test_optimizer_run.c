@@ -1,5 +1,5 @@
-/* A search in a folder, and the program: what they leave, and what they say when something is wrong
- * on the disk or in the spec. */
+/* A search in a folder, and the program: their files, and their messages if the disk or the spec
+ * has errors. */
 #if !defined(_WIN32)
 #define _XOPEN_SOURCE 700 /* terminals */
 #endif
@@ -177,7 +177,7 @@ static void test_a_stopped_run_goes_on_to_the_same_bytes(void) {
   stop = 0;
   TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, open_here(small_spec, 1));
   TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, work_and_finish(2, &stop));
-  /* a torn end is reported and mended */
+  /* an incomplete end is reported and repaired */
   tear_journal(9);
   TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, open_here(small_spec, 1));
   assert_noted("incomplete after");
@@ -224,7 +224,7 @@ static void test_what_cannot_be_opened_is_told_and_nothing_written(void) {
   assert_noted("expected the journal of a search");
 }
 
-/* A result takes the place of nothing that a search did not write, and never that of the spec. */
+/* A result replaces only files that a search wrote, and never the spec. */
 static void test_files_that_no_search_wrote_are_not_overwritten(void) {
   static const char *const names[] = LM_RESULT_NAMES;
   char path[256];
@@ -249,7 +249,7 @@ static void test_files_that_no_search_wrote_are_not_overwritten(void) {
   assert_holds("best.toml", "mine");
 }
 
-/* What a killed search left beside a result, or somebody put there, is not written through. */
+/* A temporary file of a killed search, or a foreign link in its place, is not written through. */
 static void test_a_link_beside_a_result_is_not_followed(void) {
 #if defined(_WIN32)
   TEST_IGNORE_MESSAGE("Windows makes links only with a right that users lack");
@@ -265,7 +265,7 @@ static void test_a_link_beside_a_result_is_not_followed(void) {
 #endif
 }
 
-/* A journal of somebody else, its checksums right: refused, and left as it was. */
+/* A foreign journal with correct checksums is refused and not changed. */
 static void test_a_journal_with_an_answer_of_no_task_is_refused(void) {
   const lm_task *tasks;
   lm_answer *answer = (lm_answer *)calloc(1, sizeof *answer);
@@ -324,8 +324,8 @@ static void test_limits_that_contradict_say_what_would_have_to_give(void) {
   assert_missing("best.toml");
 }
 
-/* Ten evaluations do not meet the few designs that there are; what is nearest leads to one. Planar,
- * on the published foundation of the reference drive, for which the limits were chosen. */
+/* Ten evaluations do not meet the few designs that there are; the nearest one leads to a design.
+ * Planar, on the published foundation of the reference drive, for which the limits were chosen. */
 static void test_a_design_that_the_budget_does_not_meet_is_found(void) {
   TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE,
                         do_all("evaluations 10\nrated_torque_Nm 40\nobjective lost_motion\n"
@@ -340,13 +340,13 @@ static void test_a_design_that_the_budget_does_not_meet_is_found(void) {
                                "range teeth.shift_difference -0.4 0.6\n"
                                "limit stiffness_min_Nm_per_rad 29500\nlimit stress_max 0.424\n"
                                "limit lost_motion_max_arcmin 0.37\nlimit gap_min_arcmin -0.13\n"));
-  assert_holds("history.csv", "\n1,10,,0\n"); /* no design when the budget was spent */
+  assert_holds("history.csv", "\n1,10,,0\n"); /* no design within the budget */
   assert_holds("best.toml", "[design.teeth]");
   assert_missing("infeasible.json");
   assert_missing("nearest.csv");
 }
 
-/* No wall of 0.1 mm and 50 mm carries 60 N m without buckling; all else holds. */
+/* No wall of 0.1 mm and 50 mm carries 60 N m without buckling; all other limits are met. */
 static void test_what_no_limit_of_the_spec_says_is_told_apart(void) {
   char *text;
   TEST_ASSERT_EQUAL_INT(LM_EXIT_FAILED,
@@ -418,7 +418,7 @@ static void test_results_that_cannot_be_written_are_told(void) {
 #endif
 }
 
-/* Each result in turn is in the way of its own name. */
+/* For each result in turn, a folder has the name of its temporary file or of the result. */
 static void test_every_result_that_has_no_place_is_told(void) {
   static const char *const names[] = {"combinations.csv", "front.csv", "history.csv", "best.toml",
                                       "certificate.json"};
@@ -444,9 +444,9 @@ static void test_every_result_that_has_no_place_is_told(void) {
   }
 }
 
-/* Bound by a figure of two tooth phases, a design breaks its limit a little at eight before it is
- * verified. At the middle of the face alone: the gaps at the edges leave less of a difference
- * between the phases. */
+/* Bound by a figure of two tooth phases, a design violates its limit slightly at eight phases
+ * before it is verified. Only at the middle of the face: with the gaps at the edges the phases
+ * differ less. */
 static const char bound_spec[] =
     "seed 2\nevaluations 800\nrated_torque_Nm 40\nobjective cost\n"
     "fixed teeth.module_mm 0.25\nfixed teeth.face_width_mm 10\n"
@@ -477,7 +477,7 @@ static void test_a_best_design_that_does_not_hold_on_the_fine_check_is_told(void
   assert_holds("certificate.json", "\"holds\": false");
 }
 
-/* A search that was stopped before it verified anything promises nothing. */
+/* A search that was stopped before the verification guarantees nothing. */
 static void test_a_best_design_that_is_not_settled_need_not_hold(void) {
   lm_workspace *workspace = lm_create_workspace();
   lm_answer *answer = (lm_answer *)malloc(sizeof *answer);
@@ -503,7 +503,7 @@ static void test_a_best_design_that_is_not_settled_need_not_hold(void) {
   free(task);
 }
 
-/* A certificate's flank, and the unit of each limit that must give. */
+/* A certificate's flank, and the unit of each limit to be relaxed. */
 static void test_words_of_the_json_files(void) {
   static lm_certificate certificate;
   double relax[LM_LIMIT_COUNT];
@@ -527,7 +527,7 @@ static void test_words_of_the_json_files(void) {
                               "\"form_radius\", \"unit\": \"modules\", \"by\": 1, "
                               "\"set_by_spec\": false}"));
   TEST_ASSERT_NOT_NULL(strstr(text, "\"interference_max_mm\", \"unit\": \"mm\", \"by\": 0.25,"));
-  /* A compliance that may double is a stiffness that falls by half of what was asked for. */
+  /* A compliance that may double is a stiffness that falls to half of the required one. */
   TEST_ASSERT_NOT_NULL(strstr(text,
                               "\"stiffness_min_Nm_per_rad\", \"unit\": \"share of the limit\", "
                               "\"by\": 0.5,"));
@@ -560,7 +560,7 @@ static void test_files_name_limits_and_what_pruned(void) {
   assert_holds("infeasible.json", "\"unit\": \"share of the limit\"");
 }
 
-/* A full disk at the end: what was begun is not taken for whole. */
+/* A full disk at the end: an incomplete result is not taken for a complete one. */
 static void test_results_on_a_full_disk_are_told(void) {
 #if defined(_WIN32)
   TEST_IGNORE_MESSAGE(NO_FILE_LIMIT);
@@ -619,7 +619,7 @@ static void test_a_drive_as_text_is_a_drive_file(void) {
 
 /* --- the program --- */
 
-/* The program with these words; what it says goes to files of the folder. */
+/* Runs the program with these arguments; its output goes to files of the folder. */
 static process *start(const char *words) {
   char out[256];
   char err[256];
@@ -677,8 +677,8 @@ static void test_the_program_searches(void) {
   assert_holds("err", "line 1");
 }
 
-/* A terminal is shown a bar; a budget that the first batch exceeds leaves no time. What is shown is
- * read while the program continues: it would wait for a reader. */
+/* A terminal gets a progress bar; if the first batch exceeds the budget, no time is left to show.
+ * The output is read while the program runs, because it would wait for a reader. */
 static void test_a_terminal_is_shown_a_bar(void) {
 #if defined(_WIN32)
   TEST_IGNORE_MESSAGE("a terminal of Windows cannot be read by a test");
@@ -719,8 +719,8 @@ static void test_what_is_no_spec_is_told(void) {
   assert_usage(words, "found more than 1 MiB, expected a spec");
 }
 
-/* In three seconds one worker does more than the fiftieth from which on the time left is stated,
- * and far less than all. */
+/* In three seconds one worker does more than a fiftieth, from which on the remaining time is
+ * stated, and far less than everything. */
 static void test_an_interrupted_program_saves_and_exits_130(void) {
   char words[256];
   char spec[2048];
@@ -763,7 +763,7 @@ static void test_a_killed_program_goes_on_to_the_same_bytes(void) {
     int waited = 0;
     while (starts < 3 && waited < 100 + 100 * starts) {
       wait_ms(10);
-      waited += lm_exists(path) ? 10 : 0; /* before that it would begin anew */
+      waited += lm_exists(path) ? 10 : 0; /* before that it would begin again */
     }
     if (starts < 3) {
       kill_program(searching);
@@ -789,7 +789,8 @@ static void test_a_killed_program_goes_on_to_the_same_bytes(void) {
   }
 }
 
-/* Longer than the 260 characters of an old Windows program, and in letters of no code page. */
+/* Longer than the 260 characters of an old Windows program, and in letters that no code page has.
+ * */
 static void test_a_long_path_of_other_letters_is_a_folder_like_another(void) {
   char path[1024];
   char name[1200];
@@ -834,7 +835,7 @@ static void test_a_long_path_of_other_letters_is_a_folder_like_another(void) {
   }
 }
 
-/* The same bytes on every system: no line ends otherwise. */
+/* The same bytes on every system, including the ends of lines. */
 static void test_no_result_has_a_carriage_return(void) {
   static const char *const names[] = {"best.toml", "front.csv", "history.csv", "certificate.json",
                                       "combinations.csv"};
@@ -848,7 +849,7 @@ static void test_no_result_has_a_carriage_return(void) {
   }
 }
 
-/* With the word interrupt only the test that needs a console on Windows. */
+/* With the argument interrupt only the test that needs a console on Windows. */
 int main(int count, char **argument) {
   UNITY_BEGIN();
   if (count > 1 && strcmp(argument[1], "interrupt") == 0) {

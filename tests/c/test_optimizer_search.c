@@ -1,4 +1,4 @@
-/* The search as a whole: the same bytes whoever computes, in whatever order, and after a kill. */
+/* The search as a whole: the same bytes with any workers, in any order, and after a kill. */
 #include <limits.h>
 #include <math.h>
 #include <stdio.h>
@@ -36,7 +36,7 @@ void tearDown(void) {
   (void)remove(path);
 }
 
-/* A size 20 with two tolerances: reference drive A of check_values.md let loose. */
+/* A size 20 with two tolerances: reference drive A of check_values.md with free variables. */
 static const char small_spec[] =
     "seed 3\n"
     "evaluations 2400\n"
@@ -105,7 +105,7 @@ static void test_one_and_three_threads_give_the_same_bytes(void) {
   assert_same(alone, count, together, run_with(3, together));
 }
 
-/* Answers in reverse order, each computed in a fresh workspace: what a cluster may do. */
+/* Answers in reverse order, each computed in a new workspace, as a cluster may do. */
 static void test_the_order_of_answers_does_not_matter(void) {
   lm_solution straight[FRONT_MAX];
   lm_solution reversed[FRONT_MAX];
@@ -124,7 +124,7 @@ static void test_the_order_of_answers_does_not_matter(void) {
       TEST_ASSERT_EQUAL_INT(LM_OK, lm_run_task(&problem, &tasks[i], answer, fresh, NULL));
       lm_free_workspace(fresh);
       TEST_ASSERT_EQUAL_INT(LM_OK, lm_accept_answer(search, answer));
-      /* once more: a worker thought lost */
+      /* again: a worker that was believed lost */
       if (i > 0) {
         TEST_ASSERT_EQUAL_INT(LM_OK, lm_accept_answer(search, answer));
       }
@@ -148,8 +148,7 @@ static void test_an_answer_that_nobody_awaits_is_refused(void) {
   free(answer);
 }
 
-/* Each value of an answer in turn, out of its range: a journal of somebody else, its checksum
- * right.
+/* Each value of an answer in turn is out of its range: a foreign journal with a correct checksum.
  */
 static void test_an_answer_with_a_value_out_of_range_is_refused(void) {
   lm_answer *sound = (lm_answer *)calloc(1, sizeof *sound);
@@ -232,7 +231,7 @@ static int skip_answered(void *context, int id) {
   return lm_is_answered(search, id);
 }
 
-/* Search until `answers` more are in, or to the end. */
+/* Search until `answers` more have arrived, or to the end. */
 static void search_on(recorder *r, int answers) {
   lm_pool *pool = lm_open_pool(2);
   const lm_task *tasks;
@@ -352,8 +351,8 @@ static void test_every_combination_has_a_fate(void) {
   TEST_ASSERT_EQUAL_STRING("", lm_fate_name(17));
 }
 
-/* Never a single evaluation more, also where it is too small for one batch of any stage, or for the
- * last gradient of a solver; the rest is less than half a restart. */
+/* The budget is never exceeded, even if it is too small for one batch of any stage or for the last
+ * gradient of a solver; the unused rest is less than half a restart. */
 static void test_the_budget_is_kept(void) {
   static const int budgets[] = {10, 61, 200, 777, 2400};
   lm_solution front[FRONT_MAX];
@@ -393,7 +392,8 @@ static void test_designs_of_the_front_hold_on_the_fine_check_and_have_whole_grad
     TEST_ASSERT_EQUAL_INT(
         LM_OK, lm_certify(&problem, front[i].combination, front[i].unit, c, workspace, &fault));
     TEST_ASSERT_EQUAL_INT(1, c->holds);
-    /* what `lostmotion predict` says of the drive; that it slides in undeformed is advice */
+    /* the checks of `lostmotion predict`, except the assembly of the undeformed flexspline, which
+     * is advice */
     for (k = 0; k < LM_CHECK_COUNT; k++) {
       TEST_ASSERT_TRUE_MESSAGE(k == LM_CHECK_FREE_ASSEMBLY || c->check[k].margin >= 0,
                                lm_check_name((lm_check_id)k));
@@ -428,8 +428,8 @@ static void write_starts(const lm_solution front[], int count, char *text, size_
   }
 }
 
-/* However little is spent after that: each design is there again, or one that is as good. A design
- * with a broken grade, or one that breaks a limit, is a place to begin with like any other. */
+/* Even with a small budget each design is found again, or one that is as good. Designs with a grade
+ * that is not whole, or that violate a limit, are valid starts too. */
 static void test_a_search_that_begins_with_a_front_loses_nothing_of_it(void) {
   static char text[32768];
   lm_solution first[FRONT_MAX + 2];
@@ -484,7 +484,7 @@ static void test_damaged_evaluations_do_not_hurt(void) {
   TEST_ASSERT_TRUE(isfinite(front[0].objective[0]));
 }
 
-/* A safety factor of 9 no drive of the box has: its relaxation ends where the best drive stands. */
+/* No drive in the ranges has a safety factor of 9: the relaxed limit is that of the best drive. */
 static void test_contradictory_limits_are_explained(void) {
   lm_solution front[FRONT_MAX];
   double relax[LM_LIMIT_COUNT];
@@ -531,7 +531,7 @@ static void test_selection_takes_feasible_first_then_the_front_then_the_least_cr
   }
   lm_select_solutions(&problem, list, 6, 6);
   TEST_ASSERT_EQUAL_INT(5, list[5].combination); /* infeasible */
-  TEST_ASSERT_EQUAL_INT(4, list[4].combination); /* beaten */
+  TEST_ASSERT_EQUAL_INT(4, list[4].combination); /* dominated */
   TEST_ASSERT_TRUE(list[0].combination == 0 || list[0].combination == 3);
   TEST_ASSERT_TRUE(list[1].combination == 0 || list[1].combination == 3);
 }

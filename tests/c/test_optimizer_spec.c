@@ -1,4 +1,4 @@
-/* The search spec as text: what each statement does to the problem, and what is refused. */
+/* The search spec as text: the effect of each statement on the problem, and refusals. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -46,7 +46,7 @@ static void assert_refused(const char *lines, int line, const char *words) {
   TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error.text, words), error.text);
 }
 
-/* `count` times a line that holds its number. */
+/* `count` lines, each with its number. */
 static const char *repeat(const char *format, int count) {
   static char text[8192];
   int length = 0;
@@ -154,7 +154,7 @@ static void test_more_than_there_is_room_for_is_refused(void) {
       between("", repeat("link 1 2 0 0 %d normal teeth\n", 31), "fixed gap.generator_mm 0.01\n"));
 }
 
-/* A ninth choice with two values is no range. */
+/* A ninth choice with two values is not a range. */
 static void test_a_list_of_values_is_never_a_range(void) {
   lm_choice full;
   assert_refused("choose teeth.root_clearance\n", 1, "wrong number of values");
@@ -256,7 +256,7 @@ static void test_a_start_that_is_no_point_is_refused(void) {
                        "too many starts");
 }
 
-/* What only whole numbers mean anything of. */
+/* Values that must be integers. */
 static void test_sections_teeth_and_kinds_are_whole(void) {
   char text[1024];
   assert_refused("fixed axial_sections 2.6\n", 0, "found 2.6, expected 2 to 3");
@@ -285,8 +285,8 @@ static void test_variables_that_contradict_are_refused(void) {
   assert_read("objective kinematic_error\nphases 3\n");
 }
 
-/* The least spec, behind one line and an empty one, fixes the teeth at line 7 and varies the shift
- * at line 9. */
+/* The minimal spec, after one line and an empty one, fixes the teeth in line 7 and varies the shift
+ * in line 9. */
 static void test_a_key_has_one_value(void) {
   static const char second[] = "a second value";
   lm_fault fault;
@@ -301,7 +301,7 @@ static void test_a_key_has_one_value(void) {
   assert_refused("fixed generator.deflection_modules 1\nfixed generator.deflection_mm 0.25\n", 2,
                  second);
   assert_read("fixed teeth.shift_difference 0\nfixed generator.deflection_mm 0.25\n");
-  /* what the text cannot say, a caller of the functions can */
+  /* the text cannot state this, but a caller of the functions can */
   problem.range_count = 2;
   problem.range[1] = problem.range[0];
   TEST_ASSERT_EQUAL_INT(LM_INCONSISTENT, lm_prepare_problem(&problem, &fault));
@@ -312,7 +312,7 @@ static void test_a_key_has_one_value(void) {
   problem.choice[0].count = 1;
   TEST_ASSERT_EQUAL_INT(LM_INCONSISTENT, lm_prepare_problem(&problem, &fault));
   TEST_ASSERT_EQUAL_STRING("teeth.flexspline_shift", fault.input);
-  /* nor do teeth or types lie between two others */
+  /* nor are there teeth or types between two others */
   problem.choice_count = 0;
   problem.range[0].low = 1;
   problem.range[0].high = 2;
@@ -335,7 +335,7 @@ static void test_more_combinations_than_the_search_holds_are_refused(void) {
   TEST_ASSERT_EQUAL_INT(-1, lm_count_combinations(&problem));
 }
 
-/* What the text cannot say, a caller of the functions can. */
+/* Errors that the text cannot contain, but a caller of the functions can make. */
 static void test_links_of_no_kind_are_refused(void) {
   lm_fault fault;
   assert_read("link 0.5 48 0.5 0 1 normal teeth\n");
@@ -351,8 +351,9 @@ static void test_links_of_no_kind_are_refused(void) {
   TEST_ASSERT_EQUAL_INT(LM_NULL, lm_read_spec(least_spec, &problem, NULL));
 }
 
-/* Root mean square of the deviations, in units of tau: a normal one is cut nowhere and has 1/3, an
- * inspected one is cut at 3 sigma, a triangle has 1 / sqrt(6), a uniform one 1 / sqrt(3). */
+/* Root mean square of the deviations, in units of tau: a normal one is not truncated and has 1/3,
+ * an inspected one is truncated at 3 sigma, a triangle has 1 / sqrt(6), a uniform one 1 / sqrt(3).
+ * */
 static void test_sampled_deviations_have_their_distributions(void) {
   static const double expected[] = {1.0 / 3, 0.32889, 0.40825, 0.57735};
   int i;

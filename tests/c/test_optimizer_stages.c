@@ -1,5 +1,5 @@
-/* The search as a sequence, fed with made-up answers: whatever the tasks find and whatever they
- * cost, it ends, keeps its books and requires what makes sense. */
+/* The search as a sequence with artificial answers: for any results and costs of the tasks it ends,
+ * counts correctly and requests valid tasks. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -12,10 +12,10 @@
 
 #define FRONT_MAX 1024
 
-/* What the made-up model answers. */
+/* Answers of the artificial model. */
 typedef struct world {
   double feasible;   /* share of the points */
-  double overrun;    /* what a task costs in shares of its budget */
+  double overrun;    /* cost of a task as a share of its budget */
   int computed;      /* 0: the model refuses every point */
   int flat;          /* 1: no objective differs */
   int single;        /* 1: every task finds the same design */
@@ -59,7 +59,7 @@ static double share(uint64_t *state) {
   return (double)(*state >> 11) / 9007199254740992.0;
 }
 
-/* A design of a drawn point: what one objective gains the next one loses. */
+/* A design of a random point: one objective gains what the next one loses. */
 static void make_found(const world *w, uint64_t *state, int combination, lm_solution *found) {
   double unit[LM_FREE_MAX] = {0};
   double objective[LM_OBJECTIVE_MAX];
@@ -120,7 +120,7 @@ static void make_up(const world *w, const lm_task *task) {
   answer->member_count = members;
 }
 
-/* What every task of every search must be. */
+/* Conditions of every task of every search. */
 static void check_task(const lm_task *task) {
   int limit;
   int k;
@@ -181,8 +181,8 @@ static int used(void) {
   return progress.evaluations;
 }
 
-/* Each end of the front is one objective alone, in the order of the objectives, and in shares of
- * the front: a solver's steps depend on the unit. */
+/* Each end of the front is one objective, in the order of the objectives and relative to the front:
+ * a solver's steps depend on the unit. */
 static void count_end(const lm_task *task) {
   static lm_solution front[FRONT_MAX];
   const int count = lm_read_front(search, front, FRONT_MAX);
@@ -265,7 +265,7 @@ static void count_ends_left_out(const lm_task batch[], int count) {
   }
 }
 
-/* Runs the search to its end in a world. */
+/* Runs the search to its end with an artificial model. */
 static void run_in(const world *w, const char *spec) {
   lm_spec_error error = {0, ""};
   const lm_task *tasks;
@@ -396,8 +396,8 @@ static void test_a_budget_goes_where_the_stages_say(void) {
   TEST_ASSERT_GREATER_THAN_INT(0, kinds[LM_TASK_COBYLA]);
 }
 
-/* The population breeds from the extreme points of the front, once they are worth looking for. Of
- * few evaluations it has the rest, and what refines the front runs beside it. */
+/* The population breeds from the extreme points of the front, if the budget is large enough to find
+ * them. With few evaluations it gets the rest, and the refinement of the front runs beside it. */
 static void test_the_ends_of_the_front_are_sought_beside_the_population(void) {
   world infeasible = plain;
   int objectives;
@@ -407,7 +407,7 @@ static void test_the_ends_of_the_front_are_sought_beside_the_population(void) {
     TEST_ASSERT_GREATER_OR_EQUAL_INT(6 * objectives, looks); /* at each end, six combinations */
     TEST_ASSERT_TRUE(ends_from >= 1500 && ends_from < 2000);
     TEST_ASSERT_EQUAL_INT(objectives == 2, bridges > 0);
-    TEST_ASSERT_EQUAL_INT(0, kinds[LM_TASK_COBYLA]); /* no stage of their own */
+    TEST_ASSERT_EQUAL_INT(0, kinds[LM_TASK_COBYLA]); /* no separate stage */
     TEST_ASSERT_TRUE(used() > 4900);
     run_in(&plain, spec_of(objectives, 40000, 7, 1));
     TEST_ASSERT_EQUAL_INT(objectives, ends);
@@ -421,7 +421,7 @@ static void test_the_ends_of_the_front_are_sought_beside_the_population(void) {
   TEST_ASSERT_EQUAL_INT(0, ends);
 }
 
-/* A tenth of the budget, but a gradient for each, and no more than a solver takes. */
+/* A tenth of the budget, but a gradient for each, and no more than a solver uses. */
 static void test_the_ends_of_the_front_leave_the_budget_to_what_lies_between(void) {
   char many[4096];
   run_in(&plain, spec_of(4, 5000, 7, 1));
@@ -438,7 +438,7 @@ static void test_the_ends_of_the_front_leave_the_budget_to_what_lies_between(voi
   TEST_ASSERT_EQUAL_INT(2 * 30 * lm_slope_charge(&problem), most_for_ends);
 }
 
-/* A combination each, so that the ends are more than the population has places for. */
+/* Each in another combination, so that there are more ends than places in the population. */
 static void test_a_front_of_many_combinations_is_recalled_in_part(void) {
   run_in(&plain, spec_of(4, 9000, 1200, 1));
   TEST_ASSERT_EQUAL_INT(LM_STAGE_DONE, stage());
@@ -446,7 +446,7 @@ static void test_a_front_of_many_combinations_is_recalled_in_part(void) {
   TEST_ASSERT_GREATER_THAN_INT(LM_PARENT_MAX, dealt_combinations);
 }
 
-/* The best design of each combination in each objective is what a population loses first. */
+/* The best design of each combination in each objective is the first that a population loses. */
 static void test_a_population_breeds_from_the_ends_of_the_front(void) {
   int objectives;
   for (objectives = 3; objectives <= 4; objectives++) {
@@ -456,16 +456,16 @@ static void test_a_population_breeds_from_the_ends_of_the_front(void) {
   }
 }
 
-/* A front that is wide as soon as the screen is done, of fewer combinations than half the places of
- * a population. */
+/* A front that is wide after the screening, of fewer combinations than half the places of a
+ * population. */
 static void test_a_wide_front_of_few_combinations_fills_the_population(void) {
   run_in(&plain, spec_of(4, 9000, 20, 1));
   TEST_ASSERT_EQUAL_INT(LM_STAGE_DONE, stage());
   TEST_ASSERT_EQUAL_INT(2 * LM_PARENT_MAX, dealt);
 }
 
-/* Of a large budget the trade-off gets so much that a round has many levels, no two of them in one
- * gap of the front. */
+/* With a large budget a round of the trade-off has many levels, no two of them in one gap of the
+ * front. */
 static void test_a_round_of_the_trade_off_has_as_many_levels_as_its_budget_carries(void) {
   run_in(&plain, spec_of(2, 5000, 7, 1));
   TEST_ASSERT_LESS_OR_EQUAL_INT(2, most_levels);
@@ -512,8 +512,8 @@ static void test_without_a_feasible_design_restarts_go_on_and_the_nearest_is_tol
 }
 
 /* One objective: rounds without anything better end the search before its budget. */
-/* All of the front is checked, each objective's best solved; where nothing holds, neighbours are
- * tried, and the search ends. */
+/* All of the front is checked, and the best of each objective solved; if no design is within the
+ * limits, neighbours are tried, and the search ends. */
 static void test_a_front_of_which_nothing_holds_is_tried_beside(void) {
   static lm_solution front[FRONT_MAX];
   world unsure = plain;
@@ -557,7 +557,7 @@ static void test_fronts_of_one_design_and_flat_objectives_are_no_trouble(void) {
   }
 }
 
-/* More combinations than a batch holds, and than a small budget can look at. */
+/* More combinations than a batch holds, and than a small budget can evaluate. */
 static void test_many_combinations_are_screened_in_batches(void) {
   lm_progress progress;
   run_in(&plain, spec_of(2, 20000, 1200, 1));
@@ -568,7 +568,7 @@ static void test_many_combinations_are_screened_in_batches(void) {
   TEST_ASSERT_GREATER_THAN_INT(900, progress.fate[LM_FATE_NOT_REACHED]);
 }
 
-/* A race of all of them: 256 at a time. Tasks that cost 500 times what they may make it short. */
+/* A race of all of them: 256 at a time. Tasks that cost 500 times their budget make it short. */
 static void test_a_race_of_many_fits_the_batch(void) {
   world dear = plain;
   lm_progress progress;
@@ -580,7 +580,7 @@ static void test_a_race_of_many_fits_the_batch(void) {
   TEST_ASSERT_GREATER_THAN_INT(256, kinds[LM_TASK_SLSQP]);
 }
 
-/* Members that nobody requested: more than the islands hold. */
+/* More members than requested, and than the islands hold. */
 static void test_members_beyond_the_islands_are_let_go(void) {
   world crowded = plain;
   crowded.from_members = LM_PARENT_MAX;
@@ -588,8 +588,8 @@ static void test_members_beyond_the_islands_are_let_go(void) {
   TEST_ASSERT_EQUAL_INT(LM_STAGE_DONE, stage());
 }
 
-/* What a bound excludes stays excluded, though a population meets points of it: they state how far
- * the limit is from holding. */
+/* An excluded combination remains excluded, even if a population has points of it: they state how
+ * far the limit is from being met. */
 static void test_pruned_combinations_stay_pruned(void) {
   world infeasible = plain;
   char spec[4096];
@@ -634,7 +634,7 @@ static int deal_first_population(void) {
 }
 
 /* Designs to begin with are examined before anything else, and the first population breeds from
- * what they leave on the front. */
+ * those on the front. */
 static void test_a_search_begins_with_its_starts(void) {
   static const int budgets[] = {5000, 40000};
   lm_spec_error error = {0, ""};
@@ -700,7 +700,7 @@ static void test_ids_and_fates_outside_are_refused(void) {
     make_up(&plain, &task);
     TEST_ASSERT_EQUAL_INT(LM_OK, lm_accept_answer(search, answer));
   }
-  /* an answer of a batch that is over */
+  /* an answer of a finished batch */
   TEST_ASSERT_EQUAL_INT(1, lm_is_answered(search, repeated->id));
   TEST_ASSERT_EQUAL_INT(LM_OK, lm_accept_answer(search, repeated));
   TEST_ASSERT_EQUAL_STRING("", lm_fate_name(-1));

@@ -1,4 +1,4 @@
-/* One unit of the search's work at a time: what each kind of task answers. */
+/* Single tasks of the search: the answer of each kind of task. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -68,7 +68,7 @@ static void run(void) {
   TEST_ASSERT_EQUAL_INT(LM_OK, lm_run_task(&problem, &task, answer, workspace, NULL));
 }
 
-/* What every answer promises. */
+/* Conditions of every answer. */
 static void check_answer(void) {
   int i;
   int j;
@@ -102,7 +102,7 @@ static void test_a_screen_looks_at_half_its_budget_of_points(void) {
   TEST_ASSERT_TRUE(answer->plain >= 256 && answer->plain <= 512);
 }
 
-/* The design itself, and where it interferes the same with its gap closed. */
+/* The design itself, and if it interferes, the same with its gap closed. */
 static void test_a_look_is_at_one_design(void) {
   read_with("fixed generator.type discs\n", "objective lost_motion\n", "");
   make_task(LM_TASK_EVALUATE, 2);
@@ -174,7 +174,7 @@ static int count_closed(void) {
   return closed;
 }
 
-/* A gradient where nothing but the gaps is broken, and what it leaves of the budget. */
+/* A gradient if only the gaps are violated, and the remaining budget. */
 static void take_one_gradient(const double unit[]) {
   make_task(LM_TASK_SLSQP, lm_slope_charge(&problem) + 1);
   memcpy(task.unit, unit, sizeof task.unit);
@@ -182,7 +182,7 @@ static void take_one_gradient(const double unit[]) {
   check_answer();
 }
 
-/* SLSQP walks a little beyond the gaps: its points are designs once these are closed. */
+/* SLSQP goes slightly beyond the gaps: its points are designs after these are closed. */
 static void test_gradients_look_at_points_that_interfere_with_their_gaps_closed(void) {
   static const char without_shift[] =
       "rated_torque_Nm 40\nobjective lost_motion\n"
@@ -210,8 +210,8 @@ static void test_gradients_look_at_points_that_interfere_with_their_gaps_closed(
   TEST_ASSERT_EQUAL_INT(0, answer->solution_count);
 }
 
-/* SLSQP examines a point that breaks its gaps with these closed, for what that may gain. A cost
- * that nothing changes is as good at the first design as anywhere, and the looks end. */
+/* SLSQP evaluates a point that violates its gaps with these closed, if that may be a gain. A
+ * constant cost is the same at the first design as anywhere, and the looks end. */
 static void test_gaps_are_closed_only_where_that_may_gain(void) {
   static const char *const objectives[] = {"objective lost_motion\n", "objective cost\n"};
   int i;
@@ -261,7 +261,7 @@ static void test_a_bridge_lies_between_its_ends(void) {
   }
 }
 
-/* Where nothing trades tolerances against cost, and where a limit on cost does. */
+/* Specs without a trade-off of tolerances against cost, and with one by a limit on cost. */
 static void test_a_population_keeps_its_size(void) {
   static const char *const objectives[] = {"objective lost_motion\nlimit cost_max 20\n",
                                            "objective lost_motion\nobjective stress\n",
@@ -282,8 +282,8 @@ static void test_a_population_keeps_its_size(void) {
   TEST_ASSERT_TRUE(answer->member_count > 1 && answer->member_count <= 5);
 }
 
-/* Where tolerances cost, and no side clearance depends on them. What a look reports is what a whole
- * evaluation of the same point says. */
+/* Tolerances have a cost, and no side clearance depends on them. A look reports the same as a whole
+ * evaluation of the point. */
 static void test_tolerances_are_looked_at_by_themselves_where_they_are_weighed(void) {
   static const char corner[] =
       "objective lost_motion\nobjective cost\n"
@@ -348,8 +348,8 @@ static int count_grafted(int teeth) {
   return grafted;
 }
 
-/* Where they are no cheaper, tolerances alone are changed the less often, the more else there is.
- * The parents break limits, so that each child has a place. */
+/* If they are not cheaper, tolerances alone are changed the less often, the more other variables
+ * there are. The parents violate limits, so that each child has a place. */
 static void test_tolerances_alone_change_by_their_share_of_the_variables(void) {
   static const char *const more[] = {
       "limit gap_at_worst_corner 1\n",
@@ -403,7 +403,7 @@ static void test_a_second_look_goes_where_it_may_gain(void) {
   TEST_ASSERT_EQUAL_INT(0, count_closed());
 }
 
-/* A limit on which nothing that varies hangs is in nobody's way, though no solver can move off it.
+/* A limit that depends on no variable is no obstacle, although no solver can move off it.
  */
 static void test_a_limit_that_nothing_moves_hinders_nobody(void) {
   static const char fits[] =
@@ -471,7 +471,7 @@ static void test_a_grade_is_not_rounded_out_of_its_range(void) {
   run();
   TEST_ASSERT_EQUAL_INT(1, answer->solution_count);
   grade = 5.5 + 3 * answer->solution[0].unit[4];
-  TEST_ASSERT_DOUBLE_WITHIN(1e-9, 6, grade); /* nothing speaks against the finest one */
+  TEST_ASSERT_DOUBLE_WITHIN(1e-9, 6, grade); /* no reason against the finest one */
   read_with("fixed generator.type discs\n", "objective cost\n",
             "whole tolerance.0.grade 5.5 8.5\n");
   make_task(LM_TASK_VERIFY, 2400);
@@ -488,7 +488,7 @@ static void test_what_cannot_be_kept_is_not_settled(void) {
   TEST_ASSERT_EQUAL_INT(0, answer->solution_count);
   TEST_ASSERT_EQUAL_INT(1, answer->computed);
   TEST_ASSERT_TRUE(answer->violation > 0);
-  /* no drive at all: a ring with internal deformation */
+  /* not a drive: a ring with internal deformation */
   read_with("fixed generator.type ring\n", two_objectives, two_grades);
   make_task(LM_TASK_VERIFY, 2400);
   run();
@@ -496,8 +496,8 @@ static void test_what_cannot_be_kept_is_not_settled(void) {
   TEST_ASSERT_EQUAL_INT(answer->plain + answer->slopes, answer->refused);
 }
 
-/* Whatever its value: of a start that breaks limits comes a design that breaks none, and a better
- * one of that. */
+/* From a start that violates limits comes a design that violates none, whatever its value, and then
+ * a better one. */
 static void test_a_repair_finds_a_design_and_makes_it_better(void) {
   static const char limits[] = "limit tolerance_lost_motion_max_arcmin 2.5\n";
   double first;
@@ -524,7 +524,7 @@ static void test_a_repair_finds_a_design_and_makes_it_better(void) {
   TEST_ASSERT_DOUBLE_WITHIN(0.02 * answer->value, answer->value, first);
 }
 
-/* What cannot be kept ends at whole grades of the range, with what all limits give. */
+/* Limits that cannot be met end at whole grades of the range, with the values of all limits. */
 static void test_a_repair_without_a_design_says_what_has_to_give(void) {
   double relax[LM_LIMIT_COUNT];
   double sum = 0;
@@ -555,7 +555,7 @@ static void test_gaps_of_the_worst_corner_settle_on_the_scan(void) {
   TEST_ASSERT_EQUAL_INT(1, answer->solution_count);
 }
 
-/* A third of the evaluations answers NaN: every method continues. */
+/* A third of the evaluations returns NaN: every method continues. */
 static void test_every_kind_lives_with_nan(void) {
   int kind;
   read_with("fixed generator.type discs\n", two_objectives, "damaged_share 0.33\n");
@@ -577,8 +577,8 @@ static void test_every_kind_lives_with_nan(void) {
   }
 }
 
-/* Of a grade whose neighbours are both refused nothing is left, but the answer is still that of its
- * task: a search awaits it. */
+/* If both neighbours of a grade are refused there is no design, but the task still has its answer:
+ * a search waits for it. */
 static void test_a_settling_without_any_whole_grade_answers_its_task(void) {
   int lost = 0;
   int start;
@@ -626,7 +626,7 @@ static void test_nothing_is_refused(void) {
                         lm_explain_infeasible(&problem, 0, unit, 100, relax, workspace, &stop));
 }
 
-/* Two limits that no drive keeps together: what each must give. */
+/* Two limits that no drive meets together, and how far each must be relaxed. */
 static void test_what_must_give_is_found_from_any_start(void) {
   double relax[LM_LIMIT_COUNT];
   double unit[LM_FREE_MAX] = {0.5, 0.5, 0.5, 0.5, 1, 1};

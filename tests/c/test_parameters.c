@@ -64,14 +64,14 @@ static void what_is_stored_comes_back(void) {
     TEST_ASSERT_TRUE(loaded.curve.angle_rad[i] == LM_REAL((float)parameters.curve.angle_rad[i]));
   }
   TEST_ASSERT_EQUAL_HEX32(lm_find_crc(0, blob, length - 4), loaded.fingerprint);
-  /* Once rounded to float, storing and loading changes nothing any more. */
+  /* Numbers that are rounded to float do not change by storing and loading. */
   TEST_ASSERT_EQUAL(LM_OK,
                     lm_store_parameters(&loaded, again, sizeof again, &again_length, &fault));
   TEST_ASSERT_EQUAL(length, again_length);
   TEST_ASSERT_EQUAL_MEMORY(blob, again, length);
 }
 
-/* Written here by hand: the order of the bytes is part of the format. */
+/* Written by hand: the order of the bytes is part of the format. */
 static void the_binary_form_is_little_endian(void) {
   static const uint8_t start[] = {'L', 'M', 'P', '1', 4, 3, 2, 1, 3, 0, 0, 0};
   static const uint8_t eighty[] = {0x00, 0x00, 0xA0, 0x42}; /* 80 in binary32 */
@@ -115,7 +115,7 @@ static void a_foreign_header_is_refused_by_name(void) {
   TEST_ASSERT_EQUAL_STRING("format", fault.input);
   memcpy(blob, kept, sizeof kept);
   put_word(12, (uint32_t)length - 1);
-  TEST_ASSERT_EQUAL(LM_CORRUPT, load(length - 1)); /* no whole number of words */
+  TEST_ASSERT_EQUAL(LM_CORRUPT, load(length - 1)); /* not a whole number of words */
   TEST_ASSERT_EQUAL_STRING("length", fault.input);
   memcpy(blob, kept, sizeof kept);
   blob[length - 1] ^= 1;
@@ -123,7 +123,7 @@ static void a_foreign_header_is_refused_by_name(void) {
   TEST_ASSERT_EQUAL_STRING("crc", fault.input);
 }
 
-/* With a good CRC, what is inside must still make sense. */
+/* With a correct CRC the contents must still be valid. */
 static void counts_beyond_the_build_are_refused(void) {
   size_t plays_at = 20 + 4 + 8 * 6;
   size_t envelope_at = plays_at + 8 + 12 * 4;
@@ -173,7 +173,7 @@ static void counts_beyond_the_build_are_refused(void) {
   seal(length);
   TEST_ASSERT_EQUAL(LM_CORRUPT, load(length));
   TEST_ASSERT_EQUAL_STRING("effect", fault.input);
-  /* A word too many, and words too few. */
+  /* One word too many, and too few words. */
   memcpy(blob, kept, length);
   put_word(length, 0);
   seal(length + 4);
@@ -185,7 +185,7 @@ static void counts_beyond_the_build_are_refused(void) {
   TEST_ASSERT_EQUAL(LM_CORRUPT, load(effects_at + 8));
   TEST_ASSERT_EQUAL_STRING("length", fault.input);
   TEST_ASSERT_EQUAL(0, loaded.format);
-  /* Whole, but with a period of zero. */
+  /* Complete, but with a period of zero. */
   memcpy(blob, kept, length);
   put_word(length - 4 - 4 * 19, 0); /* the nineteen of limits, watch and validity */
   seal(length);

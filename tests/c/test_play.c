@@ -45,7 +45,7 @@ static lm_real angle_at(lm_real torque_Nm) {
   return lm_evaluate_curve(&torsion_curve, torque_Nm + sum.inside_Nm) + sum.outside_rad;
 }
 
-/* Monotone motion from where the memory stands, in equal steps; the last angle. */
+/* Monotone motion from the state of the memory, in equal steps; returns the last angle. */
 static lm_real go(lm_real to_Nm, int steps) {
   lm_real from_Nm = memory.torque_Nm;
   lm_real angle = 0;
@@ -136,7 +136,8 @@ static void a_larger_swing_wipes_out_what_went_before(void) {
   }
 }
 
-/* The published operator, both edges every time: the one-sided step must give the same bits. */
+/* The published operator, with both edges in every step: the one-sided step must give the same
+ * bits. */
 static void one_edge_does_what_both_edges_do(void) {
   lm_real radius[S20_COUNT];
   lm_real widening[S20_COUNT];
@@ -168,7 +169,7 @@ static void one_edge_does_what_both_edges_do(void) {
   }
 }
 
-/* For fitting: every band wider by a factor that changes from sample to sample. */
+/* For fitting: every band is widened by a factor that changes from sample to sample. */
 static void columns_of_wider_bands_are_the_wider_bank(void) {
   lm_real radius[S20_COUNT];
   lm_real widening[S20_COUNT];
@@ -226,7 +227,7 @@ static void a_wider_band_widens_the_loop_in_proportion(void) {
   TEST_ASSERT_TRUE(distance(width[1], 2 * width[0]) <= LM_REAL(1e-6) * width[0]);
 }
 
-/* Friction inside: at full slip the spring feels T - sum w R on loading, T + sum w R on unloading;
+/* Friction inside: at full slip the spring has T - sum w R on loading, T + sum w R on unloading;
  * both places together keep their own sums. */
 static void inside_friction_takes_its_part_of_the_torque(void) {
   static const lm_play mixed[] = {
@@ -251,7 +252,8 @@ static void the_envelope_is_odd_and_rises_to_its_end(void) {
   TEST_ASSERT_TRUE(lm_find_envelope(&bank, LM_REAL(12.3)) == LM_REAL(12.3));
   TEST_ASSERT_EQUAL(LM_OK, lm_set_envelope(&bank, 3, 12, &fault));
   TEST_ASSERT_TRUE(lm_find_envelope(&bank, 0) == 0);
-  /* At the knee two thirds of it, far beyond it all; about no torque it rises by 1 + 3 / 12. */
+  /* At the knee two thirds of it, far beyond it all of it; near zero torque it rises by 1 + 3 / 12.
+   */
   TEST_ASSERT_TRUE(distance(lm_find_envelope(&bank, 12), 14) <= 8 * ROUNDING * 14);
   TEST_ASSERT_TRUE(distance(lm_find_envelope(&bank, 100000), 100003) <= LM_REAL(0.02));
   TEST_ASSERT_TRUE(distance(lm_find_envelope(&bank, LM_REAL(0.01)), LM_REAL(0.0125)) <=
@@ -426,7 +428,7 @@ static void a_damaged_bank_is_found_out(void) {
   TEST_ASSERT_EQUAL(LM_INCONSISTENT, lm_check_play_bank(&bank, slope, &fault));
   TEST_ASSERT_EQUAL_STRING("padding", fault.input);
   bank = good;
-  bank.widens = 0; /* some band does */
+  bank.widens = 0; /* some band does so */
   TEST_ASSERT_EQUAL(LM_INCONSISTENT, lm_check_play_bank(&bank, slope, &fault));
   TEST_ASSERT_EQUAL_STRING("widens", fault.input);
   bank = good;

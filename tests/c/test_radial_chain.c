@@ -90,7 +90,7 @@ static void the_rim_ovalises_25_times_as_much_as_it_widens(void) {
   close_to(2.2813174842e-4, out, 1e-10);
   ACCEPTED(lm_make_rim_ovalisation_law(LM_REAL(30.5), 9, 10, LM_REAL(30 * DEG), STEEL_E, 1, &law,
                                        &fault));
-  close_to(5.551093239e-3, approach(400, &law, 1), 7e-4); /* factor 0.0624 has three digits */
+  close_to(5.551093239e-3, approach(400, &law, 1), 7e-4); /* the factor 0.0624 has three digits */
   TEST_ASSERT_DOUBLE_WITHIN(1.0, 24.5, (double)out / widening);
   ACCEPTED(lm_make_rim_ovalisation_law(LM_REAL(30.5), 9, 10, LM_REAL(30 * DEG), STEEL_E, 4, &law,
                                        &fault));

@@ -52,7 +52,7 @@ static void a_size_20_rim_needs_0_04_to_0_19_Nm_to_close_10_um(void) {
 }
 
 static void the_ring_is_the_spring_of_its_ovalisation(void) {
-  /* Both come from the thin ring under two point forces. */
+  /* Both are derived from the thin ring under two point forces. */
   ACCEPTED(lm_make_rim_ovalisation_law(26, LM_REAL(0.6), 12, 0, STEEL_E, 1, &law, &fault));
   ACCEPTED(lm_ring_stiffness(26, LM_REAL(0.6), 12, STEEL_E, 1, &out, &fault));
   close_to(1.0, out * law.coefficient_mm_per_Nn, 1e-6);

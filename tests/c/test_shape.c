@@ -10,7 +10,7 @@ static lm_generator generator;
 static lm_neutral_line line;
 static uint32_t seed;
 
-/* Dimensionless shapes are numbers about one. */
+/* Dimensionless shapes have the order of one. */
 #define ROUNDING BOUND(4e-15, 2e-6)
 
 void setUp(void) {
@@ -293,7 +293,7 @@ static lm_real far_angle(int i) {
   return LM_REAL(i) / FAR * LM_REAL(i % 3 == 0 ? BOUND(DBL_MAX, (double)FLT_MAX) : 1e18);
 }
 
-/* Any finite angle gives a wave, however many turns lie behind it. */
+/* Any finite angle gives a wave, for any number of turns. */
 static void a_wave_stays_in_its_bounds_at_any_angle(void) {
   int k;
   int i;
@@ -390,8 +390,8 @@ static double length_to(double polar) {
 
 static const double deflections[] = {1e-4, 3e-3, 0.01, 0.04, 0.125}; /* of the radius */
 
-/* Whatever the wave generator, the sense and the deflection up to an eighth of the radius: the line
- * keeps its length and stands w0 off on the axis; and every tooth keeps its own arc from the axis.
+/* For every wave generator, direction and deflection up to an eighth of the radius: the line keeps
+ * its length and is displaced by w0 on the axis, and every tooth keeps its arc from the axis.
  */
 static void the_line_keeps_its_length_and_every_tooth_its_arc(void) {
   int k;
@@ -502,8 +502,9 @@ static void the_line_repeats_every_half_turn_and_mirrors(void) {
   }
 }
 
-/* Fourth order: four times the nodes, a hundredth of the error. The standard number leaves less
- * than 3e-6 arcmin on every wave generator, 5e-7 on those of a usual contact angle. */
+/* Fourth order: with four times the nodes at most a hundredth of the error. The error of the
+ * standard number is below 3e-6 arcmin on every wave generator, 5e-7 on those of a usual contact
+ * angle. */
 static void more_nodes_converge(void) {
   static lm_neutral_line finest;
   int k;
@@ -606,7 +607,7 @@ static void the_line_runs_parallel_to_the_cam(void) {
   }
 }
 
-/* Any finite angle finds its place in the table. */
+/* Any finite angle has an entry in the table. */
 static void teeth_are_placed_at_any_angle(void) {
   int k;
   int i;

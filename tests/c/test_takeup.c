@@ -50,8 +50,8 @@ static void stage_increments_add_up_to_the_gaps_in_rising_order(void) {
   }
 }
 
-/* Eq (1) as the paper means it: j 10, 30, 20 um on 25 mm close at .4, .8, 1.2e-3 rad, not at their
- * sum. */
+/* Eq (1) as intended in the paper: j 10, 30, 20 um on 25 mm close at .4, .8, 1.2e-3 rad, not at
+ * their sum. */
 static void stage_increments_are_what_remains_of_a_clearance(void) {
   const lm_real clearance[] = {LM_REAL(0.01), LM_REAL(0.03), LM_REAL(0.02)};
   const lm_real radius[] = {25, 25, 25};
@@ -138,8 +138,8 @@ static void put_spring(lm_spring *spring, double stiffness, double gap, int side
 }
 
 /* check_values.md, take-up: gaps 0, 1e-4, 3e-4 rad and 1, 2, 3 kN m/rad give the angles below;
- * events at 0.1 and 0.7 N m, where the rotation is the next gap exactly. Springs are handed over
- * unsorted.
+ * events at 0.1 and 0.7 N m, where the rotation is the next gap exactly. The springs are not
+ * sorted.
  */
 static void the_springs_of_the_specification(void) {
   static const double torque[] = {0.05, 0.1, 0.4, 0.7, 1.0};
@@ -158,7 +158,7 @@ static void the_springs_of_the_specification(void) {
       TEST_ASSERT_EQUAL(LM_OK, lm_independent_take_up(springs, 3, LM_REAL(side * torque[i]), &found,
                                                       &engaged, &fault));
       ASSERT_NEAR(BOUND(1e-18, 1e-10), side * angle[i], found);
-      if (i != 1 && i != 3) { /* on the event either count is right */
+      if (i != 1 && i != 3) { /* at the event either count is correct */
         TEST_ASSERT_EQUAL(carrying[i], engaged);
       }
     }
@@ -263,7 +263,7 @@ static void preloaded_springs_are_twice_as_stiff_until_one_lifts_off(void) {
   }
 }
 
-/* Springs push; none may be asked to pull. */
+/* Springs push; none may pull. */
 static void springs_of_one_side_carry_only_its_torque(void) {
   int n;
   for (n = 1; n <= 3; n++) {
@@ -288,8 +288,8 @@ static void springs_of_one_side_carry_only_its_torque(void) {
   }
 }
 
-/* However small the torque, the flank that it closes carries it: rounding must not carry the
- * springs across their play. */
+/* For any small torque the flank that it closes carries it: rounding must not move the springs
+ * across their play. */
 static void the_smallest_torque_keeps_to_its_side_of_the_play(void) {
   int round;
   for (round = 0; round < 200; round++) {
@@ -367,7 +367,7 @@ static void springs_refuse_nonsense_and_write_nothing(void) {
 
 /* --- the beam under the rim --- */
 
-/* check_values.md, coupled teeth: lambda = (2600 / (4 * 3.5e5))^(1/4), give under the force
+/* check_values.md, coupled teeth: lambda = (2600 / (4 * 3.5e5))^(1/4), deflection under the force
  * lambda / (2 k_f). The foundation carries the whole force: k_f times the integral is 1. */
 static void the_foundation_carries_the_whole_force(void) {
   lm_real yield[LM_LOBE_TEETH_MAX];
@@ -391,7 +391,7 @@ static void the_rim_bends_as_a_beam(void) {
   lm_real y[7];
   double fourth;
   if (LM_REAL_BITS == 32) {
-    return; /* fourth differences leave no digits */
+    return; /* fourth differences have no correct digits */
   }
   TEST_ASSERT_EQUAL(LM_OK, lm_beam_yield(LM_REAL(2600), LM_REAL(3.5e5), LM_REAL(0.2), LM_REAL(7.88),
                                          7, y, &fault));
@@ -505,7 +505,7 @@ static void forces_of_set(const int set[], double phi, double force[]) {
   }
 }
 
-/* How much of its approach pair i has left, mm; 0 where it carries. */
+/* Remaining approach of pair i, mm; 0 if it carries. */
 static double slack_of(int i, double phi, const double force[]) {
   double slack = -closed_by(i, phi);
   int j;
@@ -517,7 +517,7 @@ static double slack_of(int i, double phi, const double force[]) {
 
 /* The complementarity problem at one rotation from its definition: of all sets of pairs the one
  * with F >= 0 where they touch and a slack >= 0 where they do not (Murty's least-index pivoting).
- * Gives the torque, N m. */
+ * Returns the torque, N m. */
 static double torque_by_definition(double phi, double force[]) {
   int set[PAIRS_MAX] = {0};
   double torque = 0;
@@ -628,7 +628,7 @@ static void assert_states_by_definition(void) {
       }
     }
     if (LM_REAL_BITS == 32 && fabs(some_torques[k]) < 1) {
-      continue; /* a torque of which float32's angle leaves few digits */
+      continue; /* a torque that float32's angle determines to few digits */
     }
     ASSERT_NEAR(bound, clearance * per_torque, states[k].clearance_rad);
     ASSERT_NEAR(bound, tooth * per_torque, states[k].tooth_rad);
@@ -697,7 +697,7 @@ static void shares_add_up_and_the_angle_rises(void) {
   }
 }
 
-/* From a free play on a mesh can only become stiffer, whatever its gaps. */
+/* A mesh with a free play can only become stiffer, for any gaps. */
 static void an_open_mesh_hardens(void) {
   enum { STEPS = 40 };
   double torque[STEPS];
@@ -716,7 +716,7 @@ static void an_open_mesh_hardens(void) {
   }
 }
 
-/* Small steps of torque make small steps of everything, through every event. */
+/* Small steps of torque give small steps of all results, through every event. */
 static void every_share_is_continuous_in_torque(void) {
   enum { STEPS = 64 };
   double torque[STEPS];
@@ -890,7 +890,7 @@ static void the_smallest_torque_on_a_preload_turns_in_proportion(void) {
   }
 }
 
-/* One lobe that stands for both is the same as both lobes in full. */
+/* One lobe in place of both gives the same as both lobes. */
 static void one_lobe_counts_for_two(void) {
   lm_take_up one[TORQUES];
   lm_take_up two[TORQUES];
@@ -1006,7 +1006,7 @@ static void more_active_pairs_are_refused(void) {
                                           &workspace, &fault));
 }
 
-/* As many sections, lobes and teeth as there may be. */
+/* The largest permitted numbers of sections, lobes and teeth. */
 static void the_largest_numbers_are_accepted(void) {
   static const double torque[] = {1};
   lm_take_up states[1];
@@ -1143,7 +1143,8 @@ static void coupled_pairs_refuse_a_wrong_foundation(void) {
   foundation.twist_rad_per_Nmm[1][0] = inf;
   assert_refused_range(LM_NOT_FINITE, "twist_rad_per_Nmm", inf, -1, 1,
                        refused_take_up(2, torque, 1));
-  foundation.twist_rad_per_Nmm[1][0] = LM_REAL(2e21); /* float32 overflows on the way to rest */
+  foundation.twist_rad_per_Nmm[1][0] =
+      LM_REAL(2e21); /* float32 overflows during the solution at rest */
   assert_refused_range(LM_OUT_OF_RANGE, "twist_rad_per_Nmm", LM_REAL(2e21), -1, 1,
                        refused_take_up(2, torque, 1));
   foundation.twist_rad_per_Nmm[1][0] = 0;
@@ -1157,8 +1158,9 @@ static void coupled_pairs_refuse_a_wrong_foundation(void) {
 
 /* --- what rounding defeats --- */
 
-/* Two pairs on one tooth whose own compliance drowns in the rim's: C is singular to rounding. The
- * second arm is twice as long, so that it comes to bear when the output turns. */
+/* Two pairs on one tooth whose own compliance is below the rounding of the rim's: C is singular to
+ * rounding. The second arm is twice as long, so that it comes into contact when the output turns.
+ * */
 static void singular_pairs(double first_gap, double second_gap, int side) {
   foundation.yield_mm_per_N[0] = 1;
   put_contact(26, 1e3, first_gap, 1e-12, 0, side);
@@ -1186,7 +1188,7 @@ static void a_singular_preload_is_refused(void) {
   assert_refused(LM_NOT_CONVERGED, "compliance_mm_per_N", refused_take_up(count, torque, 1));
 }
 
-/* A soft pair against a stiff one: after the preload has been let in, the output turns by it, and
+/* A soft pair against a stiff one: after the preload has been applied, the output turns by it, and
  * only then the second pair touches. */
 static void a_mesh_that_is_singular_at_rest_is_refused(void) {
   const lm_real torque[] = {0};
@@ -1195,8 +1197,9 @@ static void a_mesh_that_is_singular_at_rest_is_refused(void) {
   assert_refused(LM_NOT_CONVERGED, "compliance_mm_per_N", refused_take_up(count, torque, 1));
 }
 
-/* Compliances at the last digit of the rim's: most such meshes are solved, in some the factor and
- * the slacks disagree by rounding, and pairs join and leave for ever. That ends in a refusal too.
+/* Compliances at the last digit of the rim's: most such meshes are solved, in some the
+ * factorisation and the slacks disagree by rounding, and pairs join and leave without end. This
+ * ends in a refusal, too.
  */
 static void an_endless_exchange_of_pairs_is_refused(void) {
   const lm_real torque[] = {-1000, 1000};
@@ -1231,7 +1234,7 @@ static void an_endless_exchange_of_pairs_is_refused(void) {
 
 /* --- meshes of the reference drive --- */
 
-/* How check_values.md makes its contact lists: coupled teeth, axial sections. */
+/* Contact lists as in check_values.md: coupled teeth, axial sections. */
 typedef struct recipe {
   double rigid_shift;
   int sections;

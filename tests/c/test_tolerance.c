@@ -102,7 +102,7 @@ static void the_table_is_the_rule_rounded(void) {
   }
 }
 
-/* Exactly, so that a search which ends at whole grades ends at fields that can be ordered. */
+/* Exactly, so that whole grades of a search give fields of the standard. */
 static void a_whole_grade_has_the_field_of_the_table_to_the_last_bit(void) {
   static const double diameter_mm[] = {0.25, 3, 25, 48, 60, 190, 500};
   lm_real whole;
@@ -117,8 +117,9 @@ static void a_whole_grade_has_the_field_of_the_table_to_the_last_bit(void) {
   }
 }
 
-/* An optimiser may not see steps or corners: the field grows all the way, and its logarithm has one
- * slope on either side of a grade, half of what it gains from the grade below to the grade above.
+/* An optimizer needs a function without steps and corners: the field always grows, and its
+ * logarithm has the same slope on either side of a grade, half of its difference between the grades
+ * below and above.
  */
 static void between_whole_grades_the_field_grows_smoothly(void) {
   static const double diameter_mm[] = {0.25, 25, 60, 190, 500};
@@ -190,8 +191,8 @@ static void each_zone_is_clipped_after_its_own_sum_and_before_the_total(void) {
   close_to(0.010, limits.total_max_mm, 0);
 }
 
-/* The root of squares with K = 1.73 is wider than one uniform field or two. No part that keeps its
- * drawing is out there; only a normal spread leaves its field, and that from t = 3 on. */
+/* The root of squares with K = 1.73 is wider than one uniform field or two. No part within its
+ * drawing can be there; only a normal distribution exceeds its field, from t = 3 on. */
 static void probable_limits_never_leave_what_the_parts_can_do(void) {
   lm_tolerance_link chain[2];
   chain[0] = link_of(1, -5, 5, LM_UNIFORM, LM_GENERATOR_GAP);
@@ -205,7 +206,7 @@ static void probable_limits_never_leave_what_the_parts_can_do(void) {
   close_to(0.013 + 0.005 + 1.5 * 0.003, limits.total_max_mm, 0);
 }
 
-/* Each zone is a gap in one half of the drives and interference in the other: a quarter has none.
+/* Each zone is a gap in one half of the drives and interference in the other: a quarter has no gap.
  */
 static void a_zone_that_may_interfere_adds_nothing_to_the_least_gap(void) {
   lm_tolerance_link chain[2];
@@ -551,7 +552,7 @@ static void normal_chains_without_clipping_agree_with_the_probable_formula(void)
   estimates((double)(limits.total_min_mm + limits.total_max_mm) / 2, &statistics.median_mm);
   estimates((double)limits.total_min_mm, &statistics.low_mm);
   estimates((double)limits.total_max_mm, &statistics.high_mm);
-  /* And the errors themselves are small: 3 % of the half width. */
+  /* The errors themselves are small: 3 % of the half width. */
   TEST_ASSERT_TRUE(statistics.high_mm.standard_error <
                    LM_REAL(0.03) * (limits.total_max_mm - limits.total_min_mm) / 2);
   close_to(0, statistics.closed_share.value, 0);
@@ -574,7 +575,7 @@ static void bounded_distributions_stay_inside_the_worst_case(void) {
     TEST_ASSERT_TRUE(statistics.smallest_mm < statistics.low_mm.value);
     TEST_ASSERT_TRUE(statistics.largest_mm > statistics.high_mm.value);
   }
-  /* A single link fills its whole field: 4096 points leave out less than 1e-3 of a uniform one. */
+  /* A single link fills its whole field: 4096 points miss less than 1e-3 of a uniform one. */
   sample(chain, 1);
   ACCEPTED(lm_worst_limits(chain, 1, &limits, &fault));
   close_to((double)limits.total_min_mm, statistics.smallest_mm, 1e-3);

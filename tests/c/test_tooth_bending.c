@@ -392,7 +392,7 @@ static void line_contact_follows_hertz(void) {
 }
 
 static void tooth_deflection_turns_the_output_by_more_than_its_tangential_part(void) {
-  /* Equation (7) put right: delta / (r cos a), 18 .. 25 % more than delta cos a / r, at 24 ..
+  /* Equation (7) corrected: delta / (r cos a), 18 .. 25 % more than delta cos a / r, at 24 ..
    * 26 deg. */
   ACCEPTED(lm_tooth_bending_angle(LM_REAL(1e-3), 26, LM_REAL(25 * DEG), &out, &fault));
   close_to(1e-3 / 26 / cos(25 * DEG), out, 0);

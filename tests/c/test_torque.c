@@ -24,7 +24,8 @@ static void assert_near(double expected, lm_real found) {
   TEST_ASSERT_TRUE(difference < 1e-4 && difference > -1e-4);
 }
 
-/* 4 A are 0.4 N*m; at 10 rad/s friction takes 0.05 + 0.01, at 100 rad/s^2 the rotor 0.01. */
+/* 4 A are 0.4 N*m; at 10 rad/s friction reduces the torque by 0.05 + 0.01, at 100 rad/s^2 the rotor
+ * by 0.01. */
 static void a_motor_that_drives_loses_by_efficiency(void) {
   assert_near(-(0.4 - 0.06 - 0.01) * 100 * 0.8, lm_estimate_torque(&motor, 4, 10, 100));
   assert_near((0.4 - 0.06) * 100 * 0.8, lm_estimate_torque(&motor, -4, -10, 0));
@@ -74,7 +75,8 @@ static void at_standstill_the_friction_may_point_either_way(void) {
   assert_near(0.05 * 100, lm_bound_torque(&motor, 0));
 }
 
-/* The truth is always possible, so what is believed is never further off than twice what is unsure.
+/* The truth is always possible, so the error of the estimate is never more than twice the
+ * uncertainty.
  */
 static void a_held_torque_moves_no_further_than_it_must(void) {
   lm_real believed = 0;

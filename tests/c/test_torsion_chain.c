@@ -23,8 +23,8 @@ static lm_real wind_up(lm_real torque) {
 }
 
 static void the_ratio_counts_twice(void) {
-  /* check_values.md, torsion chain: input shaft d 8 x 30, u = 100, 40 N m: 0.77 arcsec; one factor
-   * forgotten 77 arcsec. */
+  /* check_values.md, torsion chain: input shaft d 8 x 30, u = 100, 40 N m: 0.77 arcsec; with one
+   * factor forgotten 77 arcsec. */
   ACCEPTED(lm_make_shaft_torsion(8, 0, 30, STEEL_G, 100, &element, &fault));
   close_to(1072.330292425, element.stiffness_Nm_per_rad, 1e-11);
   close_to(0.7694077 * ARCSEC, wind_up(40), 1e-7);

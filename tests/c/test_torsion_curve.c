@@ -28,7 +28,7 @@ static lm_drive calibrated(void) {
   drive.torsion[0].stiffness_Nm_per_rad = LM_REAL(4.48e4);
   drive.torsion[0].ratio = LM_REAL(1);
   drive = completed(drive);
-  drive.radial_law_count = 0; /* ring and wave generator are all in the foundation there */
+  drive.radial_law_count = 0; /* ring and wave generator are in the foundation there */
   return drive;
 }
 
@@ -88,7 +88,7 @@ static void mesh_share_and_engaged_teeth_of_the_reference(void) {
   }
 }
 
-/* A drive with everything in it: gap, radial chain, three sections. */
+/* A drive with all contributions: gap, radial chain, three sections. */
 static lm_drive rich(void) {
   lm_drive drive = reference_a();
   drive.gap.generator_mm = LM_REAL(0.004);
@@ -235,8 +235,8 @@ static void friction_of_the_flanks_widens_the_loop(void) {
 
 /* Section 3.4: opposite offsets +-delta of the lobes leave a free play of 2 (g_min - delta), the
  * lobe that touches first carries alone at half the stiffness, and the asymptote is the nominal
- * one; beyond g_min the lobes press against each other. A floating wave generator does not feel any
- * of it. */
+ * one; beyond g_min the lobes press against each other. With a floating wave generator none of this
+ * occurs. */
 static void eccentricity_of_a_fixed_generator(void) {
   lm_drive drive = calibrated();
   const lm_real torque[] = {LM_REAL(0.01), LM_REAL(0.02), 80};
@@ -253,7 +253,7 @@ static void eccentricity_of_a_fixed_generator(void) {
   total = (double)point[2].total_rad;
   drive.generator.floating = 0;
   evaluate(&drive, 0, torque, 3);
-  /* Teeth beside the axis feel it along their flanks too, by up to 1 / cos(flank angle); the
+  /* Teeth beside the axis are also moved along their flanks, by up to 1 / cos(flank angle); the
    * polygons of test_clearances_against_polygons.py have each tooth. */
   ASSERT_NEAR(0.05 * shift, play - shift * (1 + 1 / cos(24.2 / 57.29578)) / 2, state.free_play_rad);
   ASSERT_NEAR(BOUND(1e-2, 0.1) * slope, 2 * slope,
@@ -450,7 +450,7 @@ static void nonsense_is_refused(void) {
   TEST_ASSERT_TRUE(result == 0);
 }
 
-/* What the parts refuse comes through with their own words. */
+/* Refusals of the parts are passed on with their own texts. */
 static void refusals_of_the_parts_come_through(void) {
   const lm_real torque[] = {1};
   const lm_drive good = calibrated();
@@ -525,7 +525,7 @@ static void the_largest_drive_has_room(void) {
   }
 }
 
-/* Gears whose own material is nonsense: the energy integral states which, for both gears and both
+/* Gears with an invalid material: the energy integral states which gear, for both gears and both
  * deformations. */
 static void pairs_without_a_compliance_are_refused(void) {
   const lm_real torque[] = {1};
@@ -549,7 +549,7 @@ static void pairs_without_a_compliance_are_refused(void) {
   }
 }
 
-/* What all tooth phases of a drive share is made once, and again for the next drive. */
+/* Data common to all tooth phases of a drive are computed once, and again for the next drive. */
 static void phases_one_after_the_other_give_the_bits_of_each_alone(void) {
   const lm_real torque[] = {-40, LM_REAL(1.6), 40};
   const lm_drive drive[] = {completed(reference_a()), completed(reference_e())};
@@ -573,7 +573,7 @@ static void phases_one_after_the_other_give_the_bits_of_each_alone(void) {
   }
 }
 
-/* A tooth that runs to a point below its tip: margin of the tip thickness negative, no compliance.
+/* A tooth that is pointed below its tip: negative margin of the tip thickness, no compliance.
  */
 static void pointed_teeth_are_refused_by_their_height(void) {
   const lm_real torque[] = {1};
