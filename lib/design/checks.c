@@ -221,8 +221,8 @@ static lm_real own_tip_thickness(const lm_mesh *mesh) {
              : LM_REAL(2) * mesh->high.across_mm;
 }
 
-/* Lower end of the flexspline's flank: the end of the involute cut by the rack, or of any other
- * flank the root fillet. */
+/* Lower end of the flexspline's flank: the end of the involute cut by the rack, or the root fillet
+ * of any other flank. */
 static lm_real own_form_radius(const lm_drive *drive, const lm_mesh *mesh) {
   const lm_teeth *t = &drive->teeth;
   lm_tooth_outline outline;

@@ -4,10 +4,11 @@
 #include "real_math.h"
 #include "refuse.h"
 
-/* Rates of a tooth's motion by central differences: third order of a smooth wave leaves 1e-6 of
- * them (float32: 2e-5, about its rounding), which moves the maximum by as much and its value by the
- * square. The search for the maximum ends where a step no longer counts in the value nor in its
- * derivatives. A point on the edge of the land, but for rounding, still has the flank's tangent. */
+/* Rates of a tooth's motion by central differences: for a smooth wave the relative error of third
+ * order is 1e-6 (float32: 2e-5, about its rounding), which moves the maximum by the same share and
+ * changes its value by the square. The search for the maximum ends when a step changes neither the
+ * value nor its derivatives. A point on the edge of the land within rounding has the flank's
+ * tangent. */
 #if LM_REAL_BITS == 32
 #define RATE_STEP LM_REAL(4e-3)
 #define CLIMB_END LM_REAL(1e-3)
@@ -18,21 +19,22 @@
 #define LAND_SLACK LM_REAL(1e-7)
 #endif
 
-/* Angles at which all maxima are looked for, 20 deg behind the deformation axis to 60 deg ahead: a
- * tooth is out of mesh beyond, and behind the axis its flank draws back. Chosen; the polygons of
- * tests/brute_force/arcs.py are swept through 70 deg either way. */
+/* Angles of the search for all maxima, from 20 deg behind the deformation axis to 60 deg ahead:
+ * beyond, a tooth is out of mesh, and behind the axis its flank moves away. Chosen; the polygons of
+ * tests/brute_force/arcs.py are swept through 70 deg in either direction. */
 #define SCAN_BEHIND 8
 #define SCAN_COUNT 33
 #define SCAN_STEP (LM_PI / LM_REAL(72)) /* 2.5 deg */
 
-/* Nodes of the flank before corners are added, and how many apart all maxima are looked for. */
+/* Nodes of the flank before corners are added, and interval of nodes between searches for all
+ * maxima. */
 #define NODES 28
 #define SCAN_EVERY 4
 
-/* Steps towards a corner's place, until the tangents of both sides cross within this share of the
- * flank's height, which leaves 1e-7 modules in the cubics beside it, or the straight line between
- * both sides is off by less than that many modules. A corner keeps that share of the interval that
- * it divides from both ends of it. */
+/* Steps towards the position of a corner, until the tangents of both sides cross within this share
+ * of the flank's height, with an error of 1e-7 modules in the cubics beside it, or the error of the
+ * straight line between both sides is less than that many modules. A corner has at least this share
+ * of the interval that it divides as its distance from both ends. */
 #define CORNER_STEPS 14
 #if LM_REAL_BITS == 32
 #define CORNER_SHARE LM_REAL(1e-4)
@@ -163,7 +165,7 @@ typedef struct maker {
   lm_real foot_mm; /* parameter of the flexspline's flank */
   lm_contact_part part;
   int piece; /* of the flexspline's flank */
-  int rival; /* another zone comes near, where all maxima were looked for */
+  int rival; /* another zone is near, if all maxima were searched */
 } maker;
 
 /* Slope by the material angle on a constant radius. */
@@ -222,10 +224,10 @@ static int reaches(const generation *g, const lm_placement *place, lm_real radiu
   return polar_radius(place, &g->tip) > radius;
 }
 
-/* Newton with the slope of a chord from an angle near the maximum, the first step with a slope that
- * a neighbour has left; steps that leave the mesh end at the tip. Two to four steps reach a smooth
- * maximum. Where the curvature of the flank jumps the chord misleads: a step that leaves the angles
- * between a rising and a falling slope halves the bracket instead. */
+/* Newton with the slope of a chord from an angle near the maximum, the first step with the slope of
+ * a neighbour; steps out of the mesh end at the tip. Two to four steps reach a smooth maximum. If
+ * the curvature of the flank jumps, the chord is misleading: a step out of the angles between a
+ * rising and a falling slope is replaced by halving the bracket. */
 #define CLIMB_STEPS 16
 #define STEP_MAX (LM_PI / LM_REAL(60)) /* 3 deg */
 #define INSIDE_STEP (SCAN_STEP / LM_REAL(16))
@@ -299,9 +301,9 @@ static maker greater(maker a, maker b) {
   return b.theta > a.theta ? b : a;
 }
 
-/* Samples miss their maximum by less than the first share of the pitch. A zone that stays behind by
- * more than the second one makes nothing before the next radius that is scanned. Chosen: 400 drives
- * of tests/python/test_flanks.py are right with both. */
+/* Samples are below their maximum by less than the first share of the pitch. A zone that is below
+ * the greatest by more than the second share generates no flank before the next radius that is
+ * scanned. Chosen: 400 drives of tests/python/test_flanks.py are right with both. */
 #define MISSED_PITCHES LM_REAL(1e-3)
 #define RIVAL_PITCHES LM_REAL(1e-2)
 
@@ -368,8 +370,8 @@ static int same_maker(const maker *a, const maker *b) {
   return a->part == b->part && a->piece == b->piece && real_fabs(a->angle - b->angle) < SAME_ZONE;
 }
 
-/* Near the angles that made the flank on both sides, which belong to one zone or stand a corner
- * apart: then either side may have a maximum of its own, however near. */
+/* Near the angles that generate the flank on both sides, which belong to one zone or to the two
+ * sides of a corner: then either side may have its own maximum, at any distance. */
 static maker between(const generation *g, const maker *a, const maker *b, lm_real share,
                      lm_real radius) {
   if (same_maker(a, b)) {
@@ -378,8 +380,8 @@ static maker between(const generation *g, const maker *a, const maker *b, lm_rea
   return greater(climb(g, a->angle, radius, a->bend), climb(g, b->angle, radius, b->bend));
 }
 
-/* Between two nodes at which all maxima were looked for. Where they belong to different zones, or
- * another zone comes near, any zone may make the flank between them. */
+/* Between two nodes at which all maxima were searched. If they belong to different zones, or
+ * another zone is near, any zone may generate the flank between them. */
 static maker find_between(const generation *g, const maker *a, const maker *b, lm_real share,
                           lm_real radius) {
   return real_fabs(a->angle - b->angle) < SAME_ZONE && !a->rival && !b->rival
@@ -387,8 +389,8 @@ static maker find_between(const generation *g, const maker *a, const maker *b, l
              : scan_radius(g, radius);
 }
 
-/* A table in the making, with what makes the flank on both sides of each node: towards the top, and
- * away from it. They differ at a corner. */
+/* An incomplete table, with the parts that generate the flank on both sides of each node: towards
+ * the top, and away from it. They differ at a corner. */
 typedef struct draft {
   const generation *g;
   lm_conjugate table;
@@ -418,7 +420,8 @@ static void first_node(draft *d, lm_real place, const maker *at) {
   d->node[0] = *at;
 }
 
-/* The next node: what makes the flank between the last one and it, and beyond it. */
+/* The next node: the parts that generate the flank between the last node and this one, and beyond
+ * it. */
 static void add_node(draft *d, lm_real place, const maker *to, const maker *beyond) {
   lm_conjugate *c = &d->table;
   const int i = c->intervals;
@@ -435,16 +438,16 @@ static void add_node(draft *d, lm_real place, const maker *to, const maker *beyo
   }
 }
 
-/* A place where another part of the flank, or another zone, takes over, with what makes the flank
- * on both sides of it. */
+/* A position from which on another part of the flank, or another zone, generates it, with the parts
+ * on both sides. */
 typedef struct corner {
   lm_real place;
   maker before;
   maker after;
 } corner;
 
-/* Whether the chord between two places may miss the flank by more than that counts: its own slope
- * differs from those at the ends. */
+/* Whether the error of the chord between two positions may be significant: its slope differs from
+ * those at the ends. */
 static int is_open(const draft *d, const corner *side) {
   const lm_conjugate *c = &d->table;
   const lm_real width = side[1].place - side[0].place;
@@ -455,15 +458,15 @@ static int is_open(const draft *d, const corner *side) {
          LM_REAL(4) * CORNER_MODULES * d->g->geometry->module_mm;
 }
 
-/* From a place to where the tangents of both sides cross. */
+/* Distance from a position to the crossing of the tangents of both sides. */
 static lm_real to_crossing(const lm_conjugate *c, const corner *at) {
   return (at->after.theta - at->before.theta) /
          (by_place(c, &at->before, at->place) - by_place(c, &at->after, at->place));
 }
 
 /* Between the last node and another one. Two zones, or the tip and the flank, have each a maximum
- * on both sides of the corner: Newton on the difference of both. Where a joint of the flank passes
- * there is one maximum, and the place is halved down. */
+ * on both sides of the corner: Newton on the difference of both. If a joint of the flank passes,
+ * there is one maximum, and the position is found by bisection. */
 static corner find_corner(const draft *d, const maker *b, lm_real b_place) {
   const lm_conjugate *c = &d->table;
   const lm_real margin = CORNER_MARGIN * (b_place - last_place(d));
@@ -486,7 +489,7 @@ static corner find_corner(const draft *d, const maker *b, lm_real b_place) {
     next = at.place;
     if (same_maker(&at.after, &side[0].before) && same_maker(&at.after, &side[1].after)) {
       at.before = at.after;
-      return at; /* one zone that moves fast: a node between both */
+      return at; /* one zone that moves fast: a node between the two */
     }
     if (!same_maker(&at.before, &at.after)) {
       next += to_crossing(c, &at);
@@ -517,7 +520,7 @@ static corner find_corner(const draft *d, const maker *b, lm_real b_place) {
   return at;
 }
 
-/* From the last node to another one, over the corners between them as long as there is room for
+/* From the last node to another one, with the corners between them as long as there is room for
  * `rest` more intervals. */
 static void add_piece(draft *d, const maker *b, lm_real b_place, const maker *beyond, int rest) {
   maker a = last_node(d);
@@ -530,7 +533,7 @@ static void add_piece(draft *d, const maker *b, lm_real b_place, const maker *be
   add_node(d, b_place, b, beyond);
 }
 
-/* --- intervals in which a cubic misses the flank -------------------------------------------------
+/* --- intervals in which a cubic is not accurate -------------------------------------------------
  */
 
 static lm_real cubic(lm_real width, lm_real x, lm_real low, lm_real slope_low, lm_real high,
@@ -551,8 +554,8 @@ static int is_smooth_across(const draft *d, int node) {
          same_maker(&d->reached[node], &d->node[node]);
 }
 
-/* How far the cubic over both intervals that meet in a node misses it, modules. The error grows
- * with the fourth power of the width: 16 times that of an interval. */
+/* Error at a node of the cubic over the two intervals that meet there, modules. The error grows
+ * with the fourth power of the width: it is 16 times that of an interval. */
 static lm_real missed_at(const draft *d, int node) {
   const lm_conjugate *c = &d->table;
   const lm_real width = c->place[node + 1] - c->place[node - 1];
@@ -564,7 +567,7 @@ static lm_real missed_at(const draft *d, int node) {
 
 #define WIDER_ERROR LM_REAL(16)
 #if LM_REAL_BITS == 32
-#define MISSED_MODULES LM_REAL(2e-6) /* ten times what the angles resolve */
+#define MISSED_MODULES LM_REAL(2e-6) /* ten times the resolution of the angles */
 #else
 #define MISSED_MODULES LM_REAL(4e-7)
 #endif
@@ -580,8 +583,8 @@ static int is_doubtful(const draft *d, int interval) {
          (after && missed_at(d, interval + 1) > allowed);
 }
 
-/* Halves until the cubic meets the middle, twice at most. A zone that is greatest nowhere else may
- * stand behind the doubt, so all are looked for. */
+/* Halves an interval until the cubic meets the middle, twice at most. The reason may be a zone that
+ * is the greatest nowhere else, so all are searched. */
 #define HALVINGS 2
 
 static void add_halves(draft *d, const maker *b, lm_real b_place, const maker *beyond, int rest,
@@ -610,7 +613,7 @@ static void add_halves(draft *d, const maker *b, lm_real b_place, const maker *b
   }
 }
 
-/* The same table with the doubtful intervals halved. */
+/* The same table with the inaccurate intervals halved. */
 static void refine(const draft *rough, draft *d) {
   int k;
   d->g = rough->g;
@@ -712,7 +715,7 @@ lm_status lm_make_conjugate(const lm_flank *flank, const lm_geometry *geometry,
 /* --- a flank of points ---------------------------------------------------------------------------
  */
 
-/* Whether the points make a flank between the tip circle and the flexspline's tip on the axis. */
+/* Whether the points form a flank between the tip circle and the flexspline's tip on the axis. */
 static lm_status check_rigid_points(const lm_flank_points *p, const lm_geometry *g, lm_real low_mm,
                                     lm_real last_mm, lm_fault *fault) {
   const lm_real pitch_half = LM_PI / LM_REAL(g->rigid_teeth);
@@ -825,7 +828,7 @@ lm_involute_point lm_evaluate_conjugate(const lm_conjugate *conjugate, lm_real r
     return point;
   }
   place = real_sqrt(below);
-  /* The nodes are nearly even. */
+  /* The nodes are nearly equally spaced. */
   low = (int)((place - c->place[0]) * LM_REAL(c->intervals) / (LM_REAL(1) - c->place[0]));
   low = low < c->intervals ? low : c->intervals - 1;
   while (low > 0 && place < c->place[low]) {
@@ -863,7 +866,7 @@ static lm_real envelope(const generation *g, const lm_flank_foot *foot, lm_real 
 /* Regula falsi with the Illinois correction. */
 #define ZONE_STEPS 12
 
-/* Steps of the scan either way: 60 deg. */
+/* Steps of the scan in either direction: 60 deg. */
 #define ZONE_HALF 24
 
 static lm_conjugate_contact find_contact(const generation *g, const lm_flank_foot *foot, lm_real a,

@@ -3,8 +3,8 @@
 #include "real_math.h"
 #include "refuse.h"
 
-/* Newton on the distance from the gear's centre; the flank is nearly radial, so three steps leave
- * rounding. */
+/* Newton on the distance from the gear's centre; the flank is nearly radial, so the error after
+ * three steps is rounding. */
 #define RADIUS_STEPS 3
 
 /* --- involute ------------------------------------------------------------------------------------
@@ -94,7 +94,7 @@ static lm_status make_arc(const lm_drive *drive, const lm_geometry *g, lm_double
   return LM_OK;
 }
 
-/* Whether the arcs reach tip and root, and make a tooth. */
+/* Whether the arcs reach tip and root, and form a tooth. */
 static lm_status check_arc(const lm_flank *flank, const lm_geometry *g, lm_fault *fault) {
   const lm_double_arc *arc = &flank->arc;
   const lm_real tip = flank->high_mm - flank->neutral_mm;
@@ -119,7 +119,7 @@ static lm_status check_arc(const lm_flank *flank, const lm_geometry *g, lm_fault
   return LM_OK;
 }
 
-/* What an involute leaves at 0; the other ranges are those of the list of keys. */
+/* Keys that are 0 for an involute; the other ranges are those of the list of keys. */
 static lm_status check_form(const lm_flank_form *form, lm_fault *fault) {
   lm_status status = check_range(fault, "flank.rho_a", form->rho_a, LM_REAL(0.2), LM_REAL(20));
   if (status == LM_OK) {
@@ -134,8 +134,8 @@ static lm_status check_form(const lm_flank_form *form, lm_fault *fault) {
 /* --- S tooth -------------------------------------------------------------------------------------
  */
 
-/* Newton for the tangent from the datum point; from its first term in 1 - kappa, five steps leave
- * rounding. */
+/* Newton for the tangent from the datum point; from its first term in 1 - kappa, the error after
+ * five steps is rounding. */
 #define TANGENT_STEPS 6
 
 /* theta of the end of the tangent through the origin: (1 + kappa) tan(theta / 2) = theta. */
@@ -172,8 +172,8 @@ static lm_s_tooth make_s(const lm_drive *drive, const lm_geometry *g) {
   return s;
 }
 
-/* How far the flank has drawn in (or out, below) at a height from the datum point, its slope, and
- * the slope's by the height. */
+/* Displacement of the flank inwards (below the datum point outwards) at a height from the datum
+ * point, its slope, and the derivative of the slope by the height. */
 static lm_real s_draw(const lm_s_tooth *s, lm_real height_mm, lm_real *slope, lm_real *bend) {
   const lm_real span = LM_REAL(0.5) * s->kappa * s->module_mm;
   const lm_real versine = height_mm / span; /* 1 - cos theta */
@@ -213,7 +213,7 @@ static lm_real s_curvature(const lm_flank *flank, lm_real parameter_mm) {
   return (height > LM_REAL(0) ? bend : -bend) / (square * real_sqrt(square));
 }
 
-/* The path turns back at theta = 180 deg. */
+/* The path reverses at theta = 180 deg. */
 static lm_status check_s(const lm_flank *flank, lm_fault *fault) {
   const lm_s_tooth *s = &flank->s;
   const lm_real datum = flank->neutral_mm + s->datum_mm;
@@ -328,7 +328,7 @@ static lm_status check_points(const lm_flank *flank, const lm_geometry *g, lm_fa
 /* --- any flank -----------------------------------------------------------------------------------
  */
 
-/* Whether the tooth has thickness at its tip, and leaves a space at its root. */
+/* Whether the tooth has thickness at its tip, and a space at its root. */
 static lm_status check_thickness(const lm_flank *flank, const lm_geometry *g, const char *tip_keys,
                                  const char *root_keys, lm_fault *fault) {
   const lm_real m = g->module_mm;
@@ -412,7 +412,7 @@ int lm_flank_fits(int kind, int rigid) {
   }
 }
 
-/* What is particular to a kind; the ends of the flank are known. */
+/* Data of one kind of flank; the ends of the flank are known. */
 static lm_status make_kind(const lm_drive *drive, const lm_geometry *g, lm_flank *flank,
                            lm_fault *fault) {
   switch (flank->kind) {

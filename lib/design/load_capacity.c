@@ -60,8 +60,8 @@ static root drawn_root(const lm_drive *drive, const lm_mesh *mesh, int rigid,
   return found;
 }
 
-/* Distance over which a force on the flank bends the section at the root, or does so with the same
- * stress as in the section that it stresses most. */
+/* Lever arm of a force on the flank about the section at the root, or the arm that causes the same
+ * stress there as in the section of the largest stress. */
 static lm_real lever_of(const root *at, lm_real load_mm) {
   const lm_real height = real_fabs(load_mm - at->radius_mm);
   return at->outline == 0

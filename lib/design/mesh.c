@@ -33,8 +33,7 @@ lm_involute_point lm_rigid_flank_at(const lm_mesh *mesh, lm_real radius_mm) {
              : lm_evaluate_involute(&mesh->geometry.rigid, radius_mm);
 }
 
-/* Where the foot stands after the tooth has been placed: along the radius of the tooth's axis and
- * across it. */
+/* Position of the foot of the placed tooth: along the radius of the tooth's axis and across it. */
 static void place_foot(const flank_pair *pair, const lm_flank_foot *foot, lm_real *along,
                        lm_real *across) {
   const lm_real x = pair->side * foot->across_mm;
@@ -49,7 +48,7 @@ static lm_real polar_radius(const flank_pair *pair, const lm_flank_foot *foot) {
   return real_sqrt(along * along + across * across);
 }
 
-/* All angles are kept relative to the rigid gear's axis nearby, so float32 loses nothing. */
+/* All angles are relative to the nearby axis of the rigid gear, so that float32 is accurate. */
 static flank_point evaluate_foot(const flank_pair *pair, const lm_flank_foot *foot) {
   const lm_real dx = pair->side * foot->across_slope;
   const lm_real dy = foot->along_slope;
@@ -106,9 +105,9 @@ static lm_gap no_overlap(void) {
   return gap;
 }
 
-/* Where the slope of the gap passes from falling to rising between two flank points: regula falsi
+/* Minimum of the gap between two flank points with falling and rising slope: regula falsi
  * with the Illinois correction, which keeps the bracket, and two steps of Newton with one
- * curvature. The bracket may end at rounding, where the slope of the chord is meaningless; the
+ * curvature. The bracket may shrink to rounding, where the slope of the chord is meaningless; the
  * Newton steps reduce the remaining error by the square of the curvature error, in the value and in
  * its derivatives by the dimensions of the drive. */
 #define ILLINOIS_STEPS 4
@@ -155,8 +154,8 @@ static flank_point interior_minimum(const flank_pair *pair, const flank_point *l
 /* --- flanks that are no involutes ----------------------------------------------------------------
  */
 
-/* Newton from a first guess, kept between the ends of the flank; the flank is nearly radial: three
- * steps leave rounding. */
+/* Newton from a first guess, kept between the ends of the flank; the flank is nearly radial, so the
+ * error after three steps is rounding. */
 #define RADIUS_STEPS 3
 
 static lm_flank_foot foot_on_radius(const flank_pair *pair, lm_real target) {
@@ -190,7 +189,7 @@ static flank_point general_on_radius(const flank_pair *pair, lm_real target) {
 }
 
 /* Lowest value of the cubic through both ends and slopes of a bracket, by the parabola of the
- * slopes: which bracket is worth a closer look. */
+ * slopes: selects the brackets to be refined. */
 static lm_real bracket_floor(const flank_point *low, const flank_point *high) {
   const lm_real width = high->foot_mm - low->foot_mm;
   const lm_real x = low->gap_slope / (low->gap_slope - high->gap_slope);
@@ -201,8 +200,9 @@ static lm_real bracket_floor(const flank_point *low, const flank_point *high) {
 }
 
 /* Within a bracket whose slopes enclose a smooth minimum: the minimum of the cubic through both
- * ends and slopes replaces one of them, until the parabola there can gain nothing that counts. Its
- * last gain is added, which gives the minimum the right derivatives by the dimensions of the drive.
+ * ends and slopes replaces one of them, until the remaining gain of the parabola is insignificant.
+ * Its last gain is added, which gives the minimum the right derivatives by the dimensions of the
+ * drive.
  */
 #if LM_REAL_BITS == 32
 #define GAIN_RAD LM_REAL(1e-8)
@@ -240,8 +240,8 @@ static flank_point bracketed_minimum(const flank_pair *pair, const flank_point *
   return middle;
 }
 
-/* Where a corner of the rigid flank touches: its tangents on both sides cross there. In contact it
- * has the direction of the flank that it touches, between those of its sides. */
+/* Contact at a corner of the rigid flank, where its tangents on both sides cross. In contact it has
+ * the direction of the flank that it touches, between those of its sides. */
 static flank_point touch_corner(const flank_point *low, const flank_point *high) {
   const lm_real turn = low->gap_slope - high->gap_slope;
   const lm_real share = low->gap_slope / turn;
@@ -256,11 +256,11 @@ static flank_point touch_corner(const flank_point *low, const flank_point *high)
 }
 
 /* Largest distance of the samples on a piece of the flank, modules; chosen: of 200 random drives
- * none has two minima that count between two samples (LM_FLANK_DRIVES,
+ * none has two significant minima between two samples (LM_FLANK_DRIVES,
  * tests/python/test_flanks.py). */
 #define SAMPLE_MODULES LM_REAL(0.15)
 
-/* The most pieces that a flank falls into. */
+/* Largest number of pieces of a flank. */
 #define PIECES_MAX (LM_FLANK_JOINTS_MAX + LM_CONJUGATE_CORNERS_MAX + 2)
 
 /* An end of a piece of the flexspline's flank; at a corner of the rigid one the slope jumps. */
@@ -269,7 +269,7 @@ typedef struct piece_end {
   int is_corner;
 } piece_end;
 
-/* Samples on both sides of a corner stand this far from it, so that rounding does not choose the
+/* Distance of the samples on both sides of a corner from it, so that rounding does not choose the
  * side. */
 #if LM_REAL_BITS == 32
 #define ASIDE_MODULES LM_REAL(1e-3)
@@ -287,7 +287,7 @@ static int insert_corner(piece_end end[], int count, lm_real foot_mm) {
   return count + 1;
 }
 
-/* Ends of the pieces of the flexspline's flank by rising parameter: its joints, where it passes the
+/* Ends of the pieces of the flexspline's flank by rising parameter: its joints, the points at the
  * corners and the end of a conjugate flank, and its own end. */
 static int list_pieces(const flank_pair *pair, const flank_point *low, const flank_point *high,
                        piece_end end[]) {
@@ -408,8 +408,8 @@ static lm_gap general_gap(const flank_pair *pair, lm_real at_low, lm_real at_hig
 /* --- involutes -----------------------------------------------------------------------------------
  */
 
-/* Both flanks exist between two ends: the flexspline's own, or where the rigid tip cuts it off. The
- * gap between the ends is straight but for a slight bend, so its minimum is at an end unless the
+/* Both flanks exist between two ends: the flexspline's own, or the points where the rigid tip
+ * limits it. The gap between the ends is nearly linear, so its minimum is at an end unless the
  * slopes enclose it. */
 static lm_gap flank_gap(const flank_pair *pair) {
   const lm_mesh *mesh = pair->mesh;
@@ -440,7 +440,8 @@ static lm_gap flank_gap(const flank_pair *pair) {
 }
 
 /* The flexspline's flank runs from its tip or base circle to its root, the rigid one from its root
- * or base circle to its tip; the root of an internal rigid gear sets no limit, it is checked apart.
+ * or base circle to its tip; the root of an internal rigid gear is no limit, because a separate
+ * check examines it.
  */
 static void limit_flanks(lm_mesh *mesh) {
   const lm_geometry *g = &mesh->geometry;
@@ -465,8 +466,8 @@ lm_real lm_section_factor(const lm_drive *drive, int section, int sections) {
   return LM_REAL(1) + from_middle * drive->teeth.face_width_mm / drive->flexspline.length_mm;
 }
 
-/* The root that the rack does not cut is as deep as the tip opposite needs, which comes furthest in
- * the widest of several sections. */
+/* The root that the rack does not cut is as deep as the opposite tip requires, which reaches
+ * furthest in the section of the largest wave. */
 static void deepen_root(const lm_drive *drive, int sections, lm_geometry *g) {
   const lm_real wider =
       g->deflection_mm * (lm_section_factor(drive, sections - 1, sections) - LM_REAL(1));
@@ -591,7 +592,7 @@ lm_clearance lm_tooth_clearance(const lm_mesh *mesh, lm_real angle_rad) {
   return clearance;
 }
 
-/* The tip that leaves the overlap first, and how far it still reaches into the other gear. */
+/* The tip that leaves the overlap first, and its remaining reach into the other gear. */
 static lm_real overlap_depth(const flank_pair *pair) {
   const lm_mesh *mesh = pair->mesh;
   return mesh->line.sense > LM_REAL(0) ? polar_radius(pair, &mesh->high) - mesh->polar_low_mm
@@ -659,7 +660,7 @@ static lm_status check_pointers(const lm_mesh *mesh, const lm_clearance clearanc
   return count == 0 ? refuse(fault, LM_NULL, "count") : LM_OK;
 }
 
-/* A tooth within a hair of 90 deg counts as standing on it, and is then listed at both ends. */
+/* A tooth within rounding of 90 deg is treated as at 90 deg, and is then listed at both ends. */
 #define HAIR_PITCHES LM_REAL(1e-4)
 
 static lm_real within_lobe(lm_real angle_rad) {

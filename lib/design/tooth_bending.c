@@ -167,21 +167,21 @@ lm_status lm_tooth_profile_compliance(const lm_real *height_mm, const lm_real *h
   return LM_OK;
 }
 
-/* Where a sample lies in its panel, 0 .. 1: the positive nodes, then the negative ones. */
+/* Position of a sample in its panel, 0 .. 1: the positive nodes, then the negative ones. */
 static lm_real place_in_panel(int sample) {
   const lm_real offset = LM_REAL(0.5) * LM_REAL(gauss_node[sample % GAUSS_HALF]);
   return LM_REAL(0.5) + ((sample / GAUSS_HALF) % 2 == 0 ? -offset : offset);
 }
 
-/* In the lower panel the height grows with the square of the place: a fillet starts along the root,
- * where the thickness has no slope by the height. */
+/* In the lower panel the height grows with the square of the position: a fillet is tangential to
+ * the root, where the slope of the thickness by the height is infinite. */
 lm_real lm_tooth_sample_height(int sample, lm_real fillet_share) {
   const lm_real place = place_in_panel(sample);
   return sample < 2 * GAUSS_HALF ? fillet_share * place * place
                                  : fillet_share + (LM_REAL(1) - fillet_share) * place;
 }
 
-/* Weight of a sample: the derivative of its height by its place, times that of Gauss. */
+/* Weight of a sample: the derivative of its height by its position, times that of Gauss. */
 static lm_real sample_weight(int sample, lm_real fillet_share) {
   const lm_real slope = sample < 2 * GAUSS_HALF ? LM_REAL(2) * fillet_share * place_in_panel(sample)
                                                 : LM_REAL(1) - fillet_share;

@@ -2,18 +2,17 @@
 
 #include "real_math.h"
 
-/* Regula falsi with the Illinois correction, then Newton with one slope, as mesh.c: a bracket that
- * ends at rounding would leave no slope. Each step of Newton leaves a few hundredths of the error,
- * in the value and in its derivatives by the dimensions of the drive. */
+/* Regula falsi with the Illinois correction, then Newton with one slope, as mesh.c: a bracket of
+ * the width of rounding has no usable slope. Each step of Newton reduces the error to a few
+ * hundredths, in the value and in its derivatives by the dimensions of the drive. */
 #define ILLINOIS_STEPS 4
 #define NEWTON_STEPS 5
 #define SLOPE_SHARE LM_REAL(0.015625) /* of the bracket */
 
-/* The smallest full fillet that is looked for, of the rack's: a space that is narrower has next to
- * no root. */
+/* The smallest full fillet, as a share of the rack's: a narrower space has hardly any root. */
 #define FULL_SHARE LM_REAL(0.01)
 
-/* On both sides of the edge of a shoulder, so that rounding does not choose the side. */
+/* Distance from the edge of a shoulder on both sides, so that rounding does not choose the side. */
 #if LM_REAL_BITS == 32
 #define EDGE_MODULES LM_REAL(1e-3)
 #else
@@ -40,7 +39,7 @@ lm_outline_point lm_outline_flank(const lm_tooth_outline *outline, lm_real heigh
   return point;
 }
 
-/* Of the fillet's circle: angle at the gear's centre between a point of it and its own centre. */
+/* Angle at the gear's centre between a point of the fillet's circle and the circle's centre. */
 static lm_real angle_in_fillet(const lm_tooth_outline *o, lm_real radius_mm) {
   const lm_real apart = radius_mm - o->centre_mm;
   const lm_real square = (o->fillet_mm - apart) * (o->fillet_mm + apart);
@@ -61,7 +60,7 @@ static void to_polar(const lm_tooth_outline *o, const lm_outline_point *at, lm_r
   }
 }
 
-/* How far the centre of an arc that touches the flank there is too high above the root circle. */
+/* Excess height above the root circle of the centre of an arc that touches the flank there. */
 static lm_real centre_too_high(lm_tooth_outline *o, lm_real height) {
   const lm_outline_point at = lm_outline_flank(o, height);
   const lm_real up = o->rigid ? LM_REAL(-1) : LM_REAL(1); /* from root to tip */
@@ -76,10 +75,10 @@ static lm_real centre_too_high(lm_tooth_outline *o, lm_real height) {
   return up * (real_sqrt(along * along + across * across) - o->centre_mm);
 }
 
-/* A property of the outline that grows with one of its measures. */
+/* A property of the outline that grows with one of its dimensions. */
 typedef lm_real (*property)(lm_tooth_outline *o, lm_real measure);
 
-/* Where it passes zero between a, where it is at_a < 0, and b. */
+/* Zero of the property between a, where it is at_a < 0, and b. */
 static lm_real zero_between(property of, lm_tooth_outline *o, lm_real a, lm_real at_a, lm_real b,
                             lm_real at_b) {
   const lm_real middle = (a + b) / LM_REAL(2);
@@ -114,8 +113,8 @@ static lm_real zero_between(property of, lm_tooth_outline *o, lm_real a, lm_real
   return at;
 }
 
-/* Where the fillet of a radius meets the flank. A generated flank ends in a shoulder below its
- * radial land: the arc passes through its edge unless it touches on either side. */
+/* Point where the fillet of a radius meets the flank. A generated flank ends in a shoulder below
+ * its radial land: the arc passes through its edge unless it touches on either side. */
 static lm_real find_form(lm_tooth_outline *o) {
   lm_real low = LM_REAL(0);
   lm_real at_low = centre_too_high(o, LM_REAL(0));
@@ -138,7 +137,8 @@ static lm_real find_form(lm_tooth_outline *o) {
   return zero_between(centre_too_high, o, low, at_low, high, centre_too_high(o, high));
 }
 
-/* Puts in a fillet of this radius; how far its centre is beyond the middle of the space, rad. */
+/* Adds a fillet of this radius; returns how far its centre is beyond the middle of the space, rad.
+ */
 static lm_real fillet_too_wide(lm_tooth_outline *o, lm_real fillet_mm) {
   const lm_geometry *g = &o->mesh->geometry;
   lm_outline_point at;

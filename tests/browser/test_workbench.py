@@ -51,7 +51,7 @@ z.forEach((row, j) => row.forEach((mean, i) => {
 }));
 return place;
 """
-"""Where the cell of the map is that lies furthest above the model."""
+"""Position of the map's cell with the largest value above the model."""
 
 DOTS = ".front .scatterlayer path.point"
 """Designs of a front."""
@@ -158,7 +158,8 @@ class View:
         self.wait(write, label)
 
     def point(self, element: Any, x: float | None = None, y: float | None = None) -> None:
-        """Click on an element, or on a place within it: charts hear the pointer above them."""
+        """Click on an element, or on a position within it: charts react to the pointer above
+        them."""
         from selenium.webdriver import ActionChains
 
         self.driver.execute_script("arguments[0].scrollIntoView({block:'center'})", element)

@@ -147,7 +147,8 @@ def swept_flank(
 def swept_tooth(
     design: polygons.Design, space: NDArray[np.complex128], heights: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Half thickness [mm] that a moving space leaves of a tooth at heights over its neutral line.
+    """Half thickness [mm] of the tooth that a moving space leaves, at heights over its neutral
+    line.
 
     Parameters
     ----------

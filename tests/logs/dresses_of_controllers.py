@@ -14,7 +14,7 @@ START = datetime(2026, 3, 2, 9, 13, 22)
 
 
 def _clock(sheet: Sheet) -> list[datetime]:
-    """Moment of every sample; every run begins two minutes behind the one before."""
+    """Time of every sample; every run begins two minutes after the start of the one before."""
     runs = np.array(sheet.cells("run"))
     number = np.cumsum(runs != np.roll(runs, 1)) - (runs[0] != runs[-1])
     return [

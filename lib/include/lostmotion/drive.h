@@ -68,7 +68,7 @@ typedef enum lm_flank_kind {
 
 /* A flank as points of a spline: distances from the gear's centre along the axis of the
  * flexspline's tooth or the rigid gear's space, rising, half the thickness or width there, and its
- * slope by the distance. Plain numbers, which a search does not vary.
+ * slope by the distance. Constants, which a search does not vary.
  */
 #define LM_FLANK_POINTS_MAX 129
 typedef struct lm_flank_points {

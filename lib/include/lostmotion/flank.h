@@ -1,9 +1,9 @@
 /* The flank of a flexspline tooth as a curve in the tooth's own frame, theory/flanks.md.
  *
- * Frame: origin on the neutral line, y along the tooth's axis away from it, x across at growing
- * angles. A flank is a function of one parameter, the radius: of an involute the distance from the
- * gear's centre; of other flanks r_m + y, the height along the tooth's axis; both agree to within
- * x^2 / (2 r). Every kind gives position and tangent, and its curvature; the involute has the same
+ * Frame: origin on the neutral line, y along the tooth's axis away from it, x across it, towards
+ * growing angles. A flank is a function of one parameter, the radius: of an involute the distance
+ * from the gear's centre; of other flanks r_m + y, the height along the tooth's axis; both agree to
+ * within x^2 / (2 r). Every kind has position, tangent and curvature; the involute has the same
  * closed forms as in involute.h.
  */
 #ifndef LOSTMOTION_FLANK_H

@@ -25,7 +25,7 @@ from lostmotion.keys import as_in_file
 Points = tuple[tuple[float, float], ...]
 
 PREFIXES = {"flexspline": "", "rigid": "rigid_"}
-"""What the keys of a gear begin with."""
+"""Beginning of the keys of a gear."""
 
 KEYS = tuple(f"{before}points{end}" for before in PREFIXES.values() for end in ("", "_file"))
 """Keys of [design.flank] in addition to those of the library."""

@@ -20,14 +20,14 @@ from lostmotion.flank_points import Points, flank_points
 Array = NDArray[np.float64]
 
 SCAN_RAD = np.radians(np.linspace(-70.0, 70.0, 1401))
-"""Material angles at which the closest position is looked for; beyond, a tooth is out of mesh."""
+"""Material angles of the search for the closest position; beyond, a tooth is out of mesh."""
 
 ZOOMS = 9
 ZOOM_POINTS = 21
 """Each zoom divides the interval around the closest position by ten: to 1e-9 of 0.1 deg."""
 
 NEWTON_STEPS = 5
-"""The flank is nearly radial: three steps leave rounding."""
+"""The flank is nearly radial: the error after three steps is rounding."""
 
 ROUNDING = 1e-12
 """Share of a radius within which a point lies on the corner of the tip."""

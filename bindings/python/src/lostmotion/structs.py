@@ -235,7 +235,7 @@ class Design:
     radial_chain, torsion_chain, tolerances : sequence of Entry or None
         None if the file has none.
     points, rigid_points : tuple of pairs or None
-        Of flanks of points.
+        Points of the flanks.
     """
 
     file: str

@@ -40,7 +40,7 @@ NAMED = {
     for key in structs.design_keys()
     if key.kind == "choice"
 }
-"""Keys whose values are names; measured points, the last of its kinds, are no variables."""
+"""Keys whose values are names; measured points, the last of the kinds, are not variables."""
 
 SWITCHES = {
     structs.field_path(key.section, key) for key in structs.design_keys() if key.kind == "switch"

@@ -294,7 +294,7 @@ def choose_columns(
                 continue
             same = first == column and list(header.cells(index)) == list(header.cells(before.index))
             if same and name.quantity.name == "time":
-                # Scopes write the clock beside every channel.
+                # Oscilloscopes write the clock beside every channel.
                 chosen["time"] = (first, replace(before, again=(*before.again, index)))
                 continue
             whole = joined_clock(before, name) if mapped and first != column else None

@@ -90,7 +90,7 @@ class Texts:
         if behind:
             self.text = pc.replace_substring_regex(self.text, rf"\s*{re.escape(behind)}$", "")
         self.text = pc.replace_substring_regex(self.text, SIGN_APART, r"\1\2")
-        # A single minus sign behind digits is a torn line, unless the others are there too.
+        # A single minus sign behind digits is a damaged line, unless other numbers have it too.
         if not pc.any(pc.match_substring_regex(self.text, "^-[0-9.,]")).as_py():
             self.text = pc.replace_substring_regex(self.text, SIGN_BEHIND, r"-\1")
         self.pc, self.pa = pc, pa

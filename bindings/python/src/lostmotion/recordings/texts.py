@@ -46,13 +46,13 @@ STAMPED_LINE = re.compile(rb"(?m)^\[?[0-9]{1,2}:[0-9]{2}:[0-9]{2}(?:[.,][0-9]+)?
 """A time of day and an arrow, as monitors of serial lines put them before every line."""
 
 LISTED_LINE = re.compile(rb"(?m)^[ \t]*[\[({]([^\[\](){}\n]*)[\])}][,;]?[ \t]*$")
-"""A list in its brackets, as Python and MATLAB print a row."""
+"""A list in brackets, as Python and MATLAB print a row."""
 
 LABEL = re.compile(rb"(?:^|[,;\t ])[ \t]*([A-Za-z_][^,;:=\t \n]*)[:=]")
 """A name before a value."""
 
 LABELLED_LINE = re.compile(rb"(?:[,; \t]*[A-Za-z_][^,;:=\t \n]*[:=][ \t]*[^,;:=\t ]*){2,}[,; \t]*")
-"""Values with their names before them, as plotters of serial lines take them."""
+"""Values with names before them, as programs that plot a serial line read them."""
 
 LINES_KEPT = 1000
 """Largest number of lines that do not fit whose text is kept; further ones are not examined."""
@@ -243,7 +243,7 @@ class TextTable:
 
 
 def bare_lines(text: bytes) -> tuple[bytes, tuple[str, ...]]:
-    """Remove what a program added to every line, and give the names among it.
+    """Remove what a program added to every line, and return the names among it.
 
     These are quotes, brackets of a list, a time of day and an arrow, or a name before every value.
     """
@@ -264,7 +264,7 @@ def bare_lines(text: bytes) -> tuple[bytes, tuple[str, ...]]:
 
 
 def labels_of(head: Sequence[bytes]) -> list[bytes]:
-    """Give the names that stand before the values of every line; empty if they do not."""
+    """Return the names before the values of every line; empty if there are none."""
     labels = [LABEL.findall(line) for line in head if LABELLED_LINE.fullmatch(line)]
     same = len(labels) == len(head) > 1 and all(each == labels[0] for each in labels)
     return labels[0] if same and len(set(labels[0])) == len(labels[0]) else []

@@ -153,7 +153,7 @@ def chart_html(chart: Chart, place: str, number: str, links: str = "") -> str:
     place : str
         The id of the chart; its figures add their number.
     number : str
-        What stands before the title.
+        Text before the title.
     links : str
         Link to the numbers, as HTML; without it the page's script writes them.
     """

@@ -408,7 +408,7 @@ def ladder(
     Parameters
     ----------
     names : sequence of str
-        What each step adds.
+        Name of what each step adds.
     fitted, heldout : sequence of float
         rms errors in arcsec.
     written : sequence of str, optional
