@@ -117,10 +117,12 @@ void prove_step(void) {
   lm_saved saved;
   lm_headroom room;
   lm_conditions at;
+  lm_standstill standstill = {0, 0, 0};
   float torque_Nm;
   int i;
   any_parameters(&parameters);
   any_parameters(&other);
+  (void)lm_find_needs(&parameters);
   /* What a refused start leaves alone; Eva may carry that case along. */
   memset(&compensator, 0, sizeof compensator);
   compensator.parameters = &parameters;
@@ -132,6 +134,7 @@ void prove_step(void) {
     (void)lm_step_compensator(&compensator, &at);
     lm_watch_output(&compensator, any(), any());
     (void)lm_bound_uncertainty(&compensator);
+    (void)lm_find_standstill(&compensator, &standstill);
     lm_set_mode(&compensator, (lm_mode)Frama_C_interval(0, 2));
     room.correction_rad = any();
     room.velocity_rad_s = any();
