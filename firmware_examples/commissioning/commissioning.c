@@ -109,6 +109,7 @@ commissioning_settings commissioning_suggest(const lm_parameters *parameters, fl
   set.friction_Nm = 0;
   set.torque_bound_Nm = parameters->torque_limit_Nm / 2;
   set.follow_bound_rad = set.travel_rad / 5;
+  set.output_loop = 0;
   return set;
 }
 
@@ -373,8 +374,8 @@ static void judge_loop(commissioning *run) {
     run->unchecked |= COMMISSIONING_UNCHECKED_LOOP;
   } else {
     run->found = shared / power;
-    if (run->found > OUTPUT_LOOP_SHARE) {
-      end(run, COMMISSIONING_OUTPUT_LOOP);
+    if ((run->found > OUTPUT_LOOP_SHARE) != (run->set.output_loop != 0)) {
+      end(run, run->set.output_loop ? COMMISSIONING_MOTOR_LOOP : COMMISSIONING_OUTPUT_LOOP);
       return;
     }
   }
@@ -535,9 +536,11 @@ static void judge_path(commissioning *run) {
   float motor = (run->at_input[0] - run->at_input[1]) / run->set.path_rad;
   float reported = (run->at_output[0] - run->at_output[1]) / run->set.path_rad;
   run->found = motor;
-  if (size(motor) < PATH_LEAST) {
+  if (run->set.output_loop && size(motor) > PATH_LEAST) {
+    end(run, COMMISSIONING_CORRECTION_ADDED);
+  } else if (!run->set.output_loop && size(motor) < PATH_LEAST) {
     end(run, COMMISSIONING_CORRECTION_MISSING);
-  } else if (motor < 0) {
+  } else if (!run->set.output_loop && motor < 0) {
     end(run, COMMISSIONING_CORRECTION_SIGN);
   } else if (motor > PATH_MOST) {
     end(run, COMMISSIONING_CORRECTION_SCALE);
@@ -613,8 +616,13 @@ static void sweep(commissioning *run, const commissioning_input *now, commission
       return;
     }
     next_part(run);
-    if (run->part == SWEEP_TONES) {
+    if (run->part == SWEEP_TONES && run->set.output_loop) {
+      run->unchecked |= COMMISSIONING_UNCHECKED_RATES;
+      end(run, COMMISSIONING_SOUND);
+    } else if (run->part == SWEEP_TONES) {
       begin(run, RUSH);
+    } else {
+      /* the next tone */
     }
   }
 }
@@ -675,7 +683,7 @@ static void take_start(commissioning *run, const commissioning_input *now) {
 static void guard(commissioning *run, const commissioning_input *now) {
   if (!known(now->input_angle_rad) || !known(now->reported_rad) ||
       !known(now->conditions.torque_Nm) || !known(now->elapsed_s) ||
-      (run->has_output && !known(now->output_angle_rad))) {
+      ((run->has_output || run->set.output_loop) && !known(now->output_angle_rad))) {
     give_up(run, COMMISSIONING_INPUT);
   } else if (size(now->reported_rad - run->start_rad - run->command_rad) >
              run->set.follow_bound_rad) {
@@ -769,6 +777,8 @@ const char *commissioning_sentence(commissioning_finding finding) {
       "encoders.",
       "The motor deviates from its command by the lost motion: the position loop uses the output "
       "encoder, or the drive already compensates.",
+      "The output deviates from the command by the lost motion: the position loop uses the motor "
+      "encoder; set output_loop to 0.",
       "The torque input does not follow the load: the sensor is stuck or the source is wrong.",
       "The torque has the wrong sign: a positive torque turns the output in its positive "
       "direction.",
@@ -780,7 +790,10 @@ const char *commissioning_sentence(commissioning_finding finding) {
       "The correction does not reach the motor: it is not added to the command.",
       "The correction is added with the wrong sign.",
       "The motor moves by more than the correction: it is added twice or in another unit.",
-      "The reported angle moves with the correction: subtract the correction from it.",
+      "The correction moves the output: add only its rates to a position loop on the output "
+      "encoder.",
+      "The reported angle moves with the correction: subtract the correction from it if the "
+      "position loop uses the motor encoder, and do not if it uses the output encoder.",
       "The correction would oscillate through the torque input: filter the torque at a tenth of "
       "the resonance, or compute it from the command.",
       "The drive does not follow the correction at its limits: raise the limits of the drive, or "

@@ -3,9 +3,10 @@
  * report the first fault.
  *
  * The host's position loop runs as it will later, on the motor's encoder, with the correction
- * wired in. The routine replaces the motion planner and the compensator: each tick it receives
- * the host's measurements and returns a command and a correction. The compensator runs in
- * parallel with the host's conditions; its output is not used.
+ * wired in (or on the encoder at the output, with its rates fed forward: output_loop). The routine
+ * replaces the motion planner and the compensator: each tick it receives the host's measurements
+ * and returns a command and a correction. The compensator runs in parallel with the host's
+ * conditions; its output is not used.
  *
  *     stage      motion                                     what is checked
  *     stand      none, 1 s                                  period, noise and range of the torque
@@ -14,11 +15,13 @@
  *     shake      sine of shake_rad at shake_Hz              sign, scale and delay of the torque,
  *                                                           headroom
  *     path       correction of path_rad and back            sign of the correction, added once,
- *                                                           subtracted from the reported angle
+ *                                                           subtracted from the reported angle;
+ *                                                           output_loop: neither
  *     sweep      correction of at most 0.5 rad/s2 through   loop from the correction through the
  *                the resonance                              torque back to the correction
  *     rush       a fifth of the largest correction at the   whether the drive follows the
- *                limits of velocity and acceleration        correction at its limits
+ *                limits of velocity and acceleration        correction at its limits; not where
+ *                                                           output_loop is set
  *
  * Bounds: the command stays within travel_rad of the initial position, the correction within a
  * fifth of limits.correction_rad and the limits of the parameters. If the reported angle deviates
@@ -60,6 +63,7 @@ typedef enum commissioning_finding {
   COMMISSIONING_RATIO_SIGN,
   COMMISSIONING_RATIO,
   COMMISSIONING_OUTPUT_LOOP,
+  COMMISSIONING_MOTOR_LOOP,
   COMMISSIONING_TORQUE_STUCK,
   COMMISSIONING_TORQUE_SIGN,
   COMMISSIONING_TORQUE_LATE,
@@ -69,6 +73,7 @@ typedef enum commissioning_finding {
   COMMISSIONING_CORRECTION_MISSING,
   COMMISSIONING_CORRECTION_SIGN,
   COMMISSIONING_CORRECTION_SCALE,
+  COMMISSIONING_CORRECTION_ADDED,
   COMMISSIONING_REPORTED,
   COMMISSIONING_TORQUE_LOOP,
   COMMISSIONING_DRIVE_LIMIT,
@@ -83,6 +88,9 @@ typedef enum commissioning_finding {
   4u                                     /* the lost motion hardly changed: more travel, or a load \
                                           */
 #define COMMISSIONING_UNCHECKED_TOOTH 8u /* an error of 1 in the ratio is not detectable */
+#define COMMISSIONING_UNCHECKED_RATES                        \
+  16u /* output_loop: size and sign of the fed forward rates \
+       */
 
 typedef struct commissioning_settings {
   const lm_parameters *parameters;
@@ -96,6 +104,8 @@ typedef struct commissioning_settings {
                            * twice this value may be friction */
   float torque_bound_Nm;  /* > 0 */
   float follow_bound_rad; /* > 0 */
+  int32_t output_loop;    /* 1: the position loop closes on the encoder at the output, and only the
+                           * rates of the correction are fed forward (needs that encoder); 0 */
 } commissioning_settings;
 
 /* Measurements of the host in this tick. LM_UNKNOWN: not measured, where permitted. */
@@ -103,9 +113,10 @@ typedef struct commissioning_input {
   float elapsed_s;        /* since the previous tick, by a clock independent of the tick */
   float input_angle_rad;  /* motor's encoder, not divided by the ratio, not wrapped */
   float output_angle_rad; /* encoder at the output, not wrapped; LM_UNKNOWN */
-  float reported_rad;     /* output angle that the host reports: input / ratio - correction */
+  float reported_rad;     /* output angle that the host reports: input / ratio - correction;
+                           * output_loop: that of the encoder at the output */
   float motor_torque_Nm;  /* external torque from the motor current (lm_estimate_torque); LM_UNKNOWN
-  if there is none, or if it is conditions.torque_Nm */
+                           * if there is none, or if it is conditions.torque_Nm */
   lm_conditions conditions; /* as the host passes them to the compensator */
 } commissioning_input;
 

@@ -151,6 +151,11 @@ typedef enum fault {
   SLOW_OFFSET,
   COLLISION,
   HOST_ENDS,
+  OUTPUT_SOUND,
+  OUTPUT_ADDED,
+  OUTPUT_REPORTED,
+  OUTPUT_TORQUE_SIGN,
+  OUTPUT_MISTAKEN,
   FAULTS
 } fault;
 
@@ -190,6 +195,11 @@ static const struct {
     {"drive ramps its offset slowly", COMMISSIONING_DRIVE_LIMIT, 0},
     {"arm runs against a stop", COMMISSIONING_TORQUE_BOUND, 0},
     {"the host ends it with a correction on", COMMISSIONING_ABORTED, 0},
+    {"loop on the output as stated", COMMISSIONING_SOUND, 1},
+    {"the same, correction added to its position", COMMISSIONING_CORRECTION_ADDED, 1},
+    {"the same, correction taken off the report", COMMISSIONING_REPORTED, 1},
+    {"the same, torque with the wrong sign", COMMISSIONING_TORQUE_SIGN, 1},
+    {"loop on the motor, stated as on the output", COMMISSIONING_MOTOR_LOOP, 1},
 };
 
 /* The drive around the joint: cascade on the motor encoder, feed-forward. */
@@ -201,6 +211,12 @@ typedef struct host {
   double beyond_Nm, late_Nm, frozen_Nm, offset_rad, off_rad;
   int64_t tick;
 } host;
+
+/* The position loop closes on the output, and that is stated. */
+static int is_output_loop(fault wrong) {
+  return wrong == OUTPUT_SOUND || wrong == OUTPUT_ADDED || wrong == OUTPUT_REPORTED ||
+         wrong == OUTPUT_TORQUE_SIGN;
+}
 
 /* Motor angle of the host, referred to the output. */
 static double host_angle(const host *h, const plant *joint) {
@@ -227,6 +243,7 @@ static double host_torque(host *h, const plant *joint, const commissioning_outpu
     case TORQUE_NOISY:
       return told_Nm + 0.05 * a->rated_Nm * gauss();
     case TORQUE_SIGN:
+    case OUTPUT_TORQUE_SIGN:
       return -told_Nm;
     case TORQUE_FIVEFOLD:
       return 5 * told_Nm;
@@ -259,7 +276,7 @@ static double host_push(host *h, const plant *joint, const commissioning_output 
     feed_rad_s += times * (double)wish->correction.velocity_rad_s;
     feed_rad_s2 += times * (double)wish->correction.acceleration_rad_s2;
   }
-  if (h->wrong == OUTPUT_LOOP) {
+  if (h->wrong == OUTPUT_LOOP || is_output_loop(h->wrong)) {
     error_rad = (double)wish->command_rad + correction_rad - plant_output(joint);
   } else if (h->wrong == COMPENSATES) {
     h->off_rad += (1 - exp(-20 * a->period_s)) * (joint->twist_rad - h->off_rad);
@@ -319,6 +336,7 @@ static outcome run(const axis *a, const lm_parameters *good, fault wrong) {
   set.friction_Nm = (float)(0.3 * a->make.coulomb_Nm); /* unknown part of it */
   set.shake_rad *= a->has_output ? 1.0f : 2.0f;
   set.ratio *= wrong == STATED_RATIO ? 1.25f : wrong == STATED_SIGN ? -1.0f : 1.0f;
+  set.output_loop = is_output_loop(wrong) || wrong == OUTPUT_MISTAKEN;
   set.headroom.correction_rad *= wrong == NO_ROOM ? 0.1f : 1.0f;
   set.headroom.velocity_rad_s *= wrong == SLOW_ROOM ? 0.01f : 1.0f;
   (void)commissioning_start(&test, &set);
@@ -340,6 +358,10 @@ static outcome run(const axis *a, const lm_parameters *good, fault wrong) {
     }
     now.reported_rad =
         (float)(host_angle(&h, &joint) - (wrong == NOT_REPORTED ? 0 : correction_rad));
+    if (is_output_loop(wrong)) {
+      now.reported_rad =
+          now.output_angle_rad - (wrong == OUTPUT_REPORTED ? (float)correction_rad : 0);
+    }
     now.motor_torque_Nm =
         (float)(-h.motor_Nm +
                 a->friction_known * (a->make.coulomb_Nm * clip(h.speed_rad_s / REVERSAL_RAD_S, 1) +
@@ -370,10 +392,10 @@ static outcome run(const axis *a, const lm_parameters *good, fault wrong) {
       h.offset_rad += clip(correction_rad - h.offset_rad, 0.7 * (double)set.path_rad * a->period_s);
       correction_rad = h.offset_rad;
     }
-    correction_rad *= wrong == NOT_ADDED     ? 0
-                      : wrong == WRONG_SIGN  ? -1
-                      : wrong == ADDED_TWICE ? 2
-                                             : 1;
+    correction_rad *= wrong == NOT_ADDED || (is_output_loop(wrong) && wrong != OUTPUT_ADDED) ? 0
+                      : wrong == WRONG_SIGN                                                  ? -1
+                      : wrong == ADDED_TWICE                                                 ? 2
+                                                                                             : 1;
     h.motor_Nm = joint.braked ? 0 : host_push(&h, &joint, &out, correction_rad);
     for (i = 0; i < substeps; ++i) {
       double into_rad = plant_output(&joint) - (a->pose_rad + 0.01);
@@ -475,7 +497,8 @@ int main(int count, char **word) {
     for (wrong = 1; wrong < FAULTS; ++wrong) {
       axis b = a;
       b.has_output = a.has_output || faults[wrong].needs_output;
-      if (wrong == OUTPUT_LOOP || wrong == COMPENSATES) { /* found if the load changes */
+      if (wrong == OUTPUT_LOOP || wrong == COMPENSATES ||
+          wrong == OUTPUT_MISTAKEN) { /* found if the load changes */
         b.gravity_Nm = 0.7 * a.rated_Nm;
         b.pose_rad = 0.3;
       }
