@@ -156,15 +156,22 @@ NOINLINE static lm_real room_of(lm_real told) {
 }
 
 void lm_set_headroom(lm_compensator *compensator, const lm_headroom *headroom) {
-  static const lm_headroom unlimited = {LARGEST, LARGEST, LARGEST, LARGEST};
-  const lm_headroom *told = headroom ? headroom : &unlimited;
-  if (is_started(compensator)) {
-    compensator->room.correction_rad = room_of(told->correction_rad);
-    compensator->room.velocity_rad_s = room_of(told->velocity_rad_s);
-    compensator->room.acceleration_rad_s2 = room_of(told->acceleration_rad_s2);
-    compensator->room.jerk_rad_s3 = room_of(told->jerk_rad_s3);
-    set_bounds(compensator);
+  lm_headroom *room;
+  if (!is_started(compensator)) {
+    return;
   }
+  room = &compensator->room;
+  room->correction_rad = LARGEST;
+  room->velocity_rad_s = LARGEST;
+  room->acceleration_rad_s2 = LARGEST;
+  room->jerk_rad_s3 = LARGEST;
+  if (headroom) {
+    room->correction_rad = room_of(headroom->correction_rad);
+    room->velocity_rad_s = room_of(headroom->velocity_rad_s);
+    room->acceleration_rad_s2 = room_of(headroom->acceleration_rad_s2);
+    room->jerk_rad_s3 = room_of(headroom->jerk_rad_s3);
+  }
+  set_bounds(compensator);
 }
 
 /* Difference of the torsion curve's angle between two torques. */

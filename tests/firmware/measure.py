@@ -177,7 +177,7 @@ STACK_MAX, STACK_SOFT_MAX = 132, 216
 registers."""
 RAM_MAX = 200
 RATIO_MAX = 1.5
-FLASH_MAX = 5768
+FLASH_MAX = 5760
 INSTRUCTIONS_MAX = {
     ("Cortex-M4F", "standard"): (202, 350),
     ("Cortex-M4F", "no envelope"): (202, 350),
