@@ -694,6 +694,9 @@ static void a_condition_that_means_nothing_is_refused(void) {
     }
   }
   parameters.effect_count = 0;
+  add_effect(&parameters, &lm_effect_torque_offset, 1, 0); /* of another kind than an angle */
+  TEST_ASSERT_EQUAL(LM_NEEDS_TORQUE, lm_find_needs(&parameters));
+  parameters.effect_count = 0;
   TEST_ASSERT_EQUAL(0, lm_find_needs(NULL));
 }
 
