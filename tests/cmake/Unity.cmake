@@ -1,9 +1,9 @@
-# Gives the target `unity`, ThrowTheSwitch's Unity, which is shipped as source. Looked for in
-# UNITY_SRC_DIR (variable or environment), where Debian's package cmock has it, in the project's own
-# release archive, and last in the other Debian packages that carry it.
+# Defines the target `unity`, ThrowTheSwitch's Unity, which is shipped as source. Searched in
+# UNITY_SRC_DIR (variable or environment), in Debian's package cmock, in the project's own release
+# archive, and last in the other Debian packages that contain it.
 set(unity_version 2.6.1)
-# The same checksum is in several public build files that pin this archive (maplibre-native-ffi
-# is one).
+# The same checksum is in several public build files that pin this archive, for example that of
+# maplibre-native-ffi.
 set(unity_sha256 b41a66d45a6b99758fb3202ace6178177014d52fc524bf1f72687d93e9867292)
 
 set(deps_dir ${PROJECT_BINARY_DIR}/deps)

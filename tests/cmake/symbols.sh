@@ -1,9 +1,9 @@
 #!/bin/sh
-# symbols.sh NM SIZE LIB_DIR F64 F32 RUNTIME: what the three libraries may and may not contain.
-#   * both precisions hold the same symbols, each as it is written in the headers; beside some of
-#     them stands one more that carries precision and sizes (symbols.h);
-#   * nothing outside is called but memcpy and its kin, and libm from the design model
-#     (lib/design/real_math.h names which functions);
+# symbols.sh NM SIZE LIB_DIR F64 F32 RUNTIME: permitted contents of the three libraries.
+#   * both precisions have the same symbols, with the names in the headers; some have a second symbol
+#     that contains precision and sizes (symbols.h);
+#   * the only external calls are memcpy and similar functions, and from the design model those of
+#     libm that lib/design/real_math.h lists;
 #   * no variable: .data, .bss and their thread-local forms are empty.
 set -eu
 export LC_ALL=C
@@ -30,7 +30,7 @@ grep '_f32$' "$work/f64" | complain "suffix _f32 in the float64 build"
 grep -h '_f64$' "$work/f32" "$work/runtime" | complain "suffix _f64 in the float32 build"
 sed 's/_f32$/_f64/' "$work/f32" | sort -u | comm -3 "$work/f64" - |
   complain "in one precision only (float64 left, float32 right)"
-# The plain symbol is beside each that carries more.
+# Each symbol with sizes has a plain one.
 for name in f64 f32 runtime; do
   sed -nE 's/(_[0-9]+){5}_f(32|64)$//p; s/_f(32|64)$//p' "$work/$name" | sort -u |
     comm -23 - "$work/$name" | complain "no plain symbol in $name"
@@ -38,7 +38,7 @@ done
 
 printf '%s\n' memcpy memmove memset memcmp _GLOBAL_OFFSET_TABLE_ __stack_chk_fail \
   >"$work/allowed_runtime"
-# The compiler joins a sine and a cosine of one angle into sincos.
+# The compiler combines a sine and a cosine of one angle into sincos.
 {
   cat "$work/allowed_runtime"
   sed -n 's/^#define real_[a-z0-9_]* \([a-z0-9]*\)$/\1/p' "$lib_dir/design/real_math.h"

@@ -1,6 +1,6 @@
 #!/bin/sh
-# unity_from_debian.sh DIR: puts unity.c and its two headers into DIR, out of a Debian package that
-# carries them. Installs nothing, needs no root, and leaves apt's own lists alone. The mirror is
+# unity_from_debian.sh DIR: extracts unity.c and its two headers from a Debian package into DIR.
+# Installs nothing, needs no root, and does not change apt's own lists. The mirror is
 # the one that this machine's apt uses; apt checks the archive's signature.
 set -eu
 
@@ -11,7 +11,7 @@ work=$out/apt
 mkdir -p "$work/lists/partial" "$work/cache/archives/partial"
 cd "$work"
 
-# Takes src/unity.[ch] and unity_internals.h from the folder that holds unity.c below here.
+# Copies src/unity.[ch] and unity_internals.h from the folder below this one that contains unity.c.
 keep() {
   found=$(find "$work" -path '*unity*' -name unity.c | head -n 1)
   [ -n "$found" ] || return 1

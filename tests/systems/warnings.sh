@@ -1,15 +1,15 @@
 #!/bin/sh
-# warnings.sh CLANG [PYTHON]: library, optimizer and the tests' machine.c under the compilers of other
-# systems, every warning an error. CLANG stands for clang-cl and clang with the headers of mingw-w64
-# (Debian: clang, mingw-w64); PYTHON has the package ziglang, whose compiler brings the headers of
-# macOS.
+# warnings.sh CLANG [PYTHON]: library, optimizer and the tests' machine.c under the compilers of
+# other systems, every warning an error. CLANG stands for clang-cl and clang with the headers of
+# mingw-w64 (Debian: clang, mingw-w64); PYTHON has the package ziglang, whose compiler contains the
+# headers of macOS.
 set -eu
 root=$(CDPATH='' cd -- "$(dirname -- "$0")/../.." && pwd)
 clang=$1 python=${2:-}
 cd "$root"
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-# Two names that search.c needs of NLopt; its own headers are made by its build.
+# Two names of NLopt that search.c needs; its own headers are made by its build.
 found=$(find build*/_deps/nlopt-* /usr/include -name nlopt.h 2>/dev/null | head -n 1 || true)
 [ -n "$found" ] || { echo "no nlopt.h: apt install libnlopt-dev"; exit 1; }
 cp "$found" "$work"

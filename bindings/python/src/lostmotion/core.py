@@ -21,7 +21,7 @@ KINDS: tuple[Kind, ...] = ("torque", "width", "angle")
 """Kinds of effects in the order of `lm_effect_kind`."""
 
 FILLED_IN = ("elastic_rad", "wound_Nm")
-"""Fields of `lm_conditions` that the model sets, the last ones."""
+"""Last fields of `lm_conditions`, which the model sets."""
 
 NEEDS: tuple[str, ...] = tuple(
     name for name, _ in _core64.ffi.typeof("lm_conditions").fields if name not in FILLED_IN

@@ -26,7 +26,7 @@
     const grouped = size >= 1e4 ? whole.replace(/\B(?=(\d{3})+$)/g, "\u202f") : whole;
     return [grouped, ...rest].join(".").replace("-", "−");
   };
-  // The designs are the trace with numbers; a start of the search may lie beside them.
+  // The designs are the trace with numbers; another trace may contain a start of the search.
   const dots = () => plot.data.findIndex((trace) => trace.customdata);
   const point = (event, use) => {
     const [one] = event.points;

@@ -101,8 +101,8 @@ def load_shared_object(file: str | Path, bits: Bits = 64) -> dict[str, Effect]:
 def _precision(address: int) -> Bits | None:
     """Precision in which an `lm_effect` was compiled; None if it has no card.
 
-    The card is in the same file as the effect. At the place of its pointer the other layout has a
-    bound or zero.
+    The card is in the same file as the effect. In the other layout a bound or zero is at the
+    position of its pointer.
     """
     precisions: tuple[Bits, ...] = (32, 64)
     for bits in precisions:

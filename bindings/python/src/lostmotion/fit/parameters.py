@@ -148,7 +148,7 @@ class Block:
 
 
 def placed(blocks: Sequence[Block]) -> list[tuple[Block, slice]]:
-    """Every block with its places in the vector."""
+    """Every block with its positions in the vector."""
     out, at = [], 0
     for block in blocks:
         out.append((block, slice(at, at + block.size)))

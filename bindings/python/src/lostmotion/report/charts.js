@@ -34,7 +34,7 @@
     requestIdleCallback(rest);
   };
   addEventListener('load', () => requestIdleCallback(rest));
-  // A chart has the width of its place on paper too.
+  // A chart also has the width of its element on paper.
   const paper = matchMedia('print');
   paper.addEventListener('change', () =>
     drawings.forEach((_, place) => place.dataset.drawn && Plotly.Plots.resize(place)));

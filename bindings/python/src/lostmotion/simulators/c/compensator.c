@@ -1,5 +1,5 @@
 /* The compensator as an FMU, in the controller's float32 and with its bits: a call of doStep is a
- * tick of lm_step_compensator, told the communication step as the time since the tick before. It
+ * tick of lm_step_compensator, and the communication step is the time since the previous tick. It
  * begins as at power-up, with the torque of the start.
  */
 #include "fmu.h"
@@ -38,7 +38,8 @@ static int fmu_start(fmu_instance *instance) {
                            fmu_real(state->value[IN_TORQUE]), &fault) != LM_OK) {
     return fmu_refuse(instance, "parameters", &fault);
   }
-  /* A history that cannot matter is known: friction that is nothing without load, say. */
+  /* A history without influence counts as known, for example of friction that is zero without load.
+   */
   (void)lm_bound_uncertainty(&state->compensator);
   state->value[OUT_CORRECTION] = 0;
   state->value[OUT_VELOCITY] = 0;
@@ -56,7 +57,7 @@ static int fmu_adopt(fmu_instance *instance, const lm_parameters *parameters) {
   return 1;
 }
 
-/* A program in ticks has no derivatives. */
+/* A program that runs in ticks has no derivatives. */
 static int fmu_derive(const fmu_instance *instance, const double *seed, double *derivative) {
   (void)seed;
   (void)derivative;

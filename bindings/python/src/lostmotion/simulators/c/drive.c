@@ -3,16 +3,16 @@
  *     lost motion = model(torque, conditions, memory)          lostmotion/model.h
  *     output angle = input angle / ratio + lost motion
  *
- * It begins at rest: the memory of a drive that was never loaded, then straight to the inputs of
- * the start.
+ * It begins at rest, with the memory of a drive that was never loaded, and then moves directly to
+ * the inputs of the start.
  */
 #include "fmu.h"
 
 /* Passes in which the output angle, a condition of some effects, follows from itself. Such an
- * effect changes by a small share of what the angle changes by: each pass gains three digits. */
+ * effect changes by a small share of the change of the angle: each pass gains three digits. */
 #define FMU_PASSES 8
 
-/* Stiffness of a drive that does not yield, N*m/rad: a number that no drive has. */
+/* Stiffness of a rigid drive, N*m/rad: larger than that of any real drive. */
 #define FMU_RIGID 1e12
 
 /* Steps of one-sided differences. Model and inverse are straight lines between knots, and their
@@ -23,7 +23,7 @@ static const lm_parameters *fmu_parameters(const fmu_instance *instance) {
   return &instance->parameters[instance->used];
 }
 
-/* An angle within what effects take; whole turns are nothing to them. */
+/* An angle in the range of the effects, for which whole turns have no meaning. */
 static double fmu_wrap(double angle_rad) {
   const double turn_rad = 6.283185307179586;
   if (angle_rad <= (double)LM_ANGLE_MAX_RAD && angle_rad >= -(double)LM_ANGLE_MAX_RAD) {
@@ -59,7 +59,7 @@ static uint32_t fmu_needs(const lm_parameters *parameters) {
   return needs;
 }
 
-/* Lost motion at a torque; the output angle among the conditions is that which results of it. */
+/* Lost motion at a torque; the output angle among the conditions is the resulting one. */
 static double fmu_lost_motion(const lm_parameters *parameters, double ratio, const double *input,
                               double torque_Nm, double elapsed_s, const lm_memory *before,
                               lm_memory *after) {
@@ -90,7 +90,7 @@ static double fmu_lost_motion(const lm_parameters *parameters, double ratio, con
   return lost_rad;
 }
 
-/* Compliance in a direction of the torque (1 or -1) from where the memory stands. */
+/* Compliance in a direction of the torque (1 or -1) from the present state of the memory. */
 static double fmu_compliance(const fmu_instance *instance, int32_t direction) {
   const lm_parameters *parameters = fmu_parameters(instance);
   const fmu_state *state = &instance->state;
@@ -114,9 +114,9 @@ static double fmu_stiffness(double compliance_rad_per_Nm) {
   return compliance_rad_per_Nm > 1.0 / FMU_RIGID ? 1.0 / compliance_rad_per_Nm : FMU_RIGID;
 }
 
-/* Change of the lost motion at a torque that stays, with the other inputs in a direction. */
+/* Change of the lost motion at constant torque, with the other inputs in a direction. */
 static double fmu_drift(const fmu_instance *instance, const double *direction) {
-  /* What a step of 1 is for each input: a radian, a kelvin; 1e6 cycles. */
+  /* Unit of a step for each input: a radian, a kelvin, 1e6 cycles. */
   static const double unit[FMU_INPUTS] = {1, 1, 1, 100, 100, 10, 1e6, 10, 100, 1};
   const lm_parameters *parameters = fmu_parameters(instance);
   const fmu_state *state = &instance->state;
@@ -179,7 +179,7 @@ static uint32_t fmu_outside(double value, const lm_real *range, uint32_t needed)
   return needed && stated && !(value >= range[0] && value <= range[1]) ? LM_STATE_EXTRAPOLATED : 0u;
 }
 
-/* Status bits (lostmotion/state.h) of the inputs as the model takes them. */
+/* Status bits (lostmotion/state.h) of the inputs as the model uses them. */
 static uint32_t fmu_judge(const lm_parameters *parameters, const double *input, double torque_Nm) {
   uint32_t needs = fmu_needs(parameters);
   uint32_t status = 0;
@@ -202,7 +202,7 @@ static uint32_t fmu_judge(const lm_parameters *parameters, const double *input, 
   return status;
 }
 
-/* One step to the inputs as they are; `step_s` 0 at the start. */
+/* One step to the present inputs; `step_s` is 0 at the start. */
 static int fmu_step(fmu_instance *instance, double step_s) {
   const lm_parameters *parameters = fmu_parameters(instance);
   fmu_state *state = &instance->state;
@@ -226,7 +226,7 @@ static int fmu_step(fmu_instance *instance, double step_s) {
       beyond = LM_STATE_TORQUE_CLIPPED;
       found_Nm = parameters->torque_limit_Nm * (angle_rad > 0 ? 1 : -1);
       break;
-    default: /* an angle that is not a number: the torque stays */
+    default: /* the angle is not a number: the torque is not changed */
       beyond = LM_STATE_INPUT_REFUSED;
       found_Nm = before_Nm;
       break;

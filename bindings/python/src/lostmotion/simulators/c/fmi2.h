@@ -1,4 +1,4 @@
-/* What FMI 2.0 (section 2.1) asks of a co-simulation FMU: its types, written from the text. */
+/* Types that FMI 2.0 (section 2.1) requires of a co-simulation FMU, written from the text. */
 #ifndef FMI2_H
 #define FMI2_H
 

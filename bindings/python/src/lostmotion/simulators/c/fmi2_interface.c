@@ -42,7 +42,7 @@ FMI2_STATUS FMI2(fmi2SetDebugLogging)(fmi2Component c, fmi2Boolean on, size_t co
                                       const fmi2String category[]);
 FMI2_STATUS FMI2(fmi2SetDebugLogging)(fmi2Component c, fmi2Boolean on, size_t count,
                                       const fmi2String category[]) {
-  (void)on; /* errors are always said, nothing else ever is */
+  (void)on; /* errors are always logged, nothing else is */
   (void)count;
   (void)category;
   return fmi2_status(c != 0);
@@ -266,11 +266,11 @@ FMI2_STATUS FMI2(fmi2DoStep)(fmi2Component c, fmi2Real time_s, fmi2Real step_s, 
 
 FMI2_STATUS FMI2(fmi2CancelStep)(fmi2Component c);
 FMI2_STATUS FMI2(fmi2CancelStep)(fmi2Component c) {
-  (void)c; /* a step never runs on after doStep */
+  (void)c; /* a step never continues after doStep */
   return fmi2Error;
 }
 
-/* No step is ever pending: nothing can be asked of one. */
+/* No step is ever pending, so none has a status. */
 #define FMI2_NO_STATUS(name, type)                                                  \
   FMI2_STATUS FMI2(name)(fmi2Component c, const fmi2StatusKind kind, type *value);  \
   FMI2_STATUS FMI2(name)(fmi2Component c, const fmi2StatusKind kind, type *value) { \

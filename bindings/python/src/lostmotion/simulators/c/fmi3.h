@@ -1,4 +1,4 @@
-/* What FMI 3.0 (section 2.2) asks of an FMU: its types, written from the text. */
+/* Types that FMI 3.0 (section 2.2) requires of an FMU, written from the text. */
 #ifndef FMI3_H
 #define FMI3_H
 

@@ -22,7 +22,7 @@
   FMI3_EXPORT type FMI3(name) arguments;     \
   FMI3_EXPORT type FMI3(name) arguments
 
-/* One that a co-simulation FMU of this kind does not have. */
+/* A function that a co-simulation FMU of this kind does not have. */
 #define FMI3_REFUSED(name, arguments)          \
   FMI3_FUNCTION(fmi3Status, name, arguments) { \
     return fmi3Error;                          \
@@ -47,7 +47,7 @@ FMI3_FUNCTION(const char *, fmi3GetVersion, (void)) {
 
 FMI3_FUNCTION(fmi3Status, fmi3SetDebugLogging,
               (fmi3Instance c, fmi3Boolean on, size_t count, const fmi3String category[])) {
-  return fmi3_status(c != 0); /* errors are always said, nothing else ever is */
+  return fmi3_status(c != 0); /* errors are always logged, nothing else is */
 }
 
 FMI3_FUNCTION(fmi3Instance, fmi3InstantiateCoSimulation,

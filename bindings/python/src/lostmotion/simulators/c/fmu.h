@@ -1,7 +1,8 @@
-/* An FMU between its two sides: what FMI calls (fmi2_interface.c, fmi3_interface.c) and the model
- * behind it (drive.c, compensator.c).
+/* Common part of an FMU between the functions of FMI (fmi2_interface.c, fmi3_interface.c) and the
+ * model (drive.c, compensator.c).
  *
- * Before this file come lostmotion.h and fmu_data.h, which `lostmotion export` writes of one drive:
+ * Before this file lostmotion.h and fmu_data.h are included, which `lostmotion export` writes for
+ * one drive:
  *
  *     FMU_KIND                  what the FMU is: one of the three below
  *     FMU_TOKEN                 GUID or instantiation token of the description
@@ -73,14 +74,14 @@ enum {
   AT_EFFECTS = AT_WEIGHT + FMU_PLAYS
 };
 
-/* What may be done with a variable (fmu_access). */
+/* Permitted access to a variable (fmu_access). */
 enum { FMU_NONE, FMU_REAL, FMU_INTEGER, FMU_SETTABLE = 4 };
 
 typedef struct fmu_state {
   double value[FMU_VALUES];
-  double applied[FMU_PARAMETERS]; /* parameters that the model was built of */
+  double applied[FMU_PARAMETERS]; /* parameters from which the model was built */
   double elapsed_s;               /* of the last step */
-  int32_t tuned;                  /* a parameter was set since */
+  int32_t tuned;                  /* a parameter has been set since */
   int32_t phase;
 #if FMU_KIND == FMU_COMPENSATOR
   lm_compensator compensator; /* its pointer is that of the instance */
@@ -104,7 +105,7 @@ typedef struct fmu_instance {
   void (*log)(const struct fmu_instance *instance, const char *message);
 } fmu_instance;
 
-/* The model's side. A function that can fail gives 0 and has logged why. */
+/* The model's side. A function that can fail returns 0 after logging the reason. */
 static int fmu_start(fmu_instance *instance);
 static int fmu_step(fmu_instance *instance, double step_s);
 static int fmu_adopt(fmu_instance *instance, const lm_parameters *parameters);
@@ -131,7 +132,7 @@ static int fmu_refuse(const fmu_instance *instance, const char *what, const lm_f
   return 0;
 }
 
-/* A double in the model's precision; what float cannot hold is beyond every range all the same. */
+/* A double in the model's precision; values beyond float are beyond every range anyway. */
 static lm_real fmu_real(double value) {
 #if LM_REAL_BITS == 32
   const double largest = 3.4028234663852886e38;
@@ -220,8 +221,8 @@ static int fmu_build(const fmu_instance *instance, const double *number, lm_para
   return status == LM_OK ? 1 : fmu_refuse(instance, "parameters", &fault);
 }
 
-/* Parameters that were set since the last step come into force; where they contradict each other
- * the ones before stay in use. */
+/* Parameters that were set since the last step become active; if they contradict each other, the
+ * previous ones remain active. */
 static int fmu_tune(fmu_instance *instance) {
   fmu_state *state = &instance->state;
   lm_parameters *next = &instance->parameters[1 - instance->used];
@@ -246,7 +247,7 @@ static void fmu_reset(fmu_instance *instance) {
   memcpy(state->applied, fmu_parameter_start, sizeof state->applied);
 }
 
-/* The first build, and the outputs at the inputs of the start. */
+/* The first build of the model, and the outputs at the inputs of the start. */
 static int fmu_initialise(fmu_instance *instance) {
   fmu_state *state = &instance->state;
   instance->used = 0;
@@ -283,7 +284,7 @@ static fmu_instance *fmu_new(const char *name) {
   return instance;
 }
 
-/* Reads or writes variables of a type; 0 where one is not of it. */
+/* Reads or writes variables of a type; 0 if one has another type. */
 static int fmu_get(fmu_instance *instance, uint32_t reference, uint32_t type, double *value) {
   fmu_state *state = &instance->state;
   if (reference >= FMU_VALUES || (fmu_access[reference] & 3u) != type) {
@@ -356,7 +357,7 @@ static int fmu_directional(const fmu_instance *instance, const uint32_t *unknown
   return 1;
 }
 
-/* --- states, kept and as bytes --- */
+/* --- states, in memory and as bytes --- */
 
 static fmu_state *fmu_keep(const fmu_instance *instance, fmu_state *kept) {
   fmu_state *copy = kept ? kept : (fmu_state *)malloc(sizeof *copy);
@@ -387,7 +388,7 @@ static int fmu_put_back(fmu_instance *instance, const fmu_state *kept) {
   return 1;
 }
 
-/* What stands before the bytes of a state: they are of this FMU and undamaged. */
+/* Header of the bytes of a state, which shows that they are from this FMU and undamaged. */
 typedef struct fmu_seal {
   uint32_t token;
   uint32_t crc;

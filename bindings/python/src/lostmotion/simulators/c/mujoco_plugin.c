@@ -4,22 +4,22 @@
  * The hinge with the actuator is the input, in angles of the output: input angle = ratio * qpos. A
  * second hinge on the same axis, which simulators/mujoco.py puts behind it, is the lost motion. The
  * plugin finds the torque T at which the model gives that lost motion, and applies -T to it. Where
- * the lost motion depends on the input angle (kinematic error), the input feels what energy it
- * takes, the derivative of the complementary energy
+ * the lost motion depends on the input angle (kinematic error), the input gets the reaction by the
+ * energy, the derivative of the complementary energy
  *
  *     reaction = integral from 0 to T of d(lost motion)/d(qpos of the input) dT
  *
- * Stability. T is that of the beginning of the step, h later the lost motion is by h v' further,
- * where v' is the new velocity. A spring of a stiffness up to K stores, in such a step, at most
- * T h v' + K (h v')^2 / 2, the force takes T h v' out of the motion: what is missing, and would be
- * created, a damping of d = h K / 2 takes, h v' d v'. MuJoCo's integrators have joint damping at
- * the new velocity (Euler, implicit, implicitfast), so with that damping on the second hinge no
- * step, however long, creates energy. Without it a force of the beginning of the step is unstable
- * at 2 ms: 6e4 N*m/rad between a rotor and a link of 0.1 kg*m^2 each swing at 174 Hz, unstable from
- * 1.8 ms on. Not RK4, which has no implicit damping.
+ * Stability. T is that of the beginning of the step; after the step h the lost motion has increased
+ * by h v', where v' is the new velocity. A spring of a stiffness up to K stores, in such a step, at
+ * most T h v' + K (h v')^2 / 2, the force removes T h v' from the motion: a damping of d = h K / 2
+ * removes the difference h v' d v', which would otherwise be created. MuJoCo's integrators have
+ * joint damping at the new velocity (Euler, implicit, implicitfast), so with that damping on the
+ * second hinge no step of any length creates energy. Without it a force of the beginning of the
+ * step is unstable at 2 ms: 6e4 N*m/rad between a rotor and a link of 0.1 kg*m^2 each swing at 174
+ * Hz, unstable from 1.8 ms on. Not RK4, which has no implicit damping.
  *
  * The friction's memory lies in mjData.plugin_state: it is copied, saved and reset with the rest,
- * and moves on once a step.
+ * and advances once per step.
  */
 #include <mujoco/mujoco.h>
 #include <stdio.h>
@@ -28,11 +28,12 @@
 
 #include "lostmotion.h"
 
-/* Torque is found to this lost motion: 1e-13 rad of 6e4 N*m/rad are 6e-9 N*m. */
+/* Tolerance of the lost motion in the search for the torque: 1e-13 rad at 6e4 N*m/rad are 6e-9 N*m.
+ */
 #define CLOSE_RAD 1e-13
 
-/* Steps of the search. Between two knots the model is a straight line, which a secant hits: 3 to 6.
- * Halving the range of torques 64 times leaves a double's rounding. */
+/* Steps of the search. Between two knots the model is a straight line, which a secant solves
+ * exactly: 3 to 6 steps. Halving the range of torques 64 times reaches a double's rounding. */
 #define SEARCH_STEPS 96
 
 /* Least step of the input in a difference, rad: of 1e-4 rad of kinematic error that leaves 1e-14.
@@ -41,19 +42,19 @@
 
 enum { KNOTS = LM_CURVE_POINTS_MAX, PLAYS = LM_PLAYS_MAX, NUMBERS = 64 };
 
-/* What has happened, which mjData keeps: plain numbers. */
+/* The history, which mjData stores as plain numbers. */
 typedef struct history {
   lm_memory memory;
-  double slope_Nm_per_rad; /* found last, to begin the next search with */
+  double slope_Nm_per_rad; /* last result, the start of the next search */
 } history;
 
-/* All that the plugin keeps of one drive in one mjData. */
+/* Data of the plugin for one drive in one mjData. */
 typedef struct drive {
   lm_parameters parameters;
   double ratio;
   double temperature_C;
   double cycles;
-  double stiffness_Nm_per_rad; /* the greatest, of which the damping is made */
+  double stiffness_Nm_per_rad; /* the greatest, which determines the damping */
   int input_qpos;
   int input_dof;
   int lost_qpos;
@@ -62,7 +63,7 @@ typedef struct drive {
   history trial; /* the history with this step */
 } drive;
 
-/* mjData keeps the history as numbers of its own. */
+/* mjData stores the history as its own numbers. */
 typedef char
     history_is_doubles[sizeof(mjtNum) == sizeof(double) && sizeof(history) % 8 == 0 ? 1 : -1];
 
@@ -70,7 +71,7 @@ static drive *drive_of(const mjData *d, int instance) {
   return (drive *)d->plugin_data[instance];
 }
 
-/* Numbers of a key, at most NUMBERS, and how many; -1 where the text holds anything else. */
+/* Numbers of a key, at most NUMBERS, and their number; -1 if the text contains anything else. */
 static int read_numbers(const mjModel *m, int instance, const char *key, double *number) {
   const char *text = mj_getPluginConfig(m, instance, key);
   int count = 0;
@@ -148,7 +149,7 @@ static int read_parameters(const mjModel *m, int instance, lm_parameters *made) 
   memset(made, 0, sizeof *made);
   made->format = (uint32_t)LM_PARAMETERS_LAYOUT;
   made->torque_limit_Nm = read_number(m, instance, "torque_limit_Nm");
-  /* What only a compensator reads: anything that passes the check. */
+  /* Values that only a compensator reads: any that pass the check. */
   made->limits.period_s = made->limits.correction_rad = made->limits.response_per_s = 0.01;
   made->limits.velocity_rad_s = made->limits.acceleration_rad_s2 = made->limits.jerk_rad_s3 = 1;
   made->watch.window_s = made->watch.fade_s = 1;
@@ -233,8 +234,8 @@ static double lost_motion(drive *one, const lm_memory *before, lm_conditions *at
   return lm_evaluate_model(&one->parameters, before, &one->trial.memory, at);
 }
 
-/* The torque at which the model gives a lost motion: secants within a range that closes in. Leaves
- * the history with it in one->trial. Beyond the torque limit, that. */
+/* The torque at which the model gives a lost motion: secants within a shrinking range. Writes the
+ * history at this torque to one->trial. Beyond the torque limit the result is the limit. */
 static double find_torque(drive *one, const history *from, lm_conditions *at, double lost_rad) {
   const lm_memory *before = &from->memory;
   double low_Nm = -one->parameters.torque_limit_Nm;
@@ -262,7 +263,7 @@ static double find_torque(drive *one, const history *from, lm_conditions *at, do
     before_Nm = torque_Nm;
     before_rad = miss_rad;
     next_Nm = torque_Nm + slope * miss_rad;
-    /* Out of the range, or slow: its middle. */
+    /* Outside the range, or slow convergence: the middle of the range. */
     if (!(next_Nm > low_Nm && next_Nm < high_Nm) || step % 8 == 7) {
       next_Nm = low_Nm + (high_Nm - low_Nm) * 0.5;
     }
@@ -278,9 +279,9 @@ static double find_torque(drive *one, const history *from, lm_conditions *at, do
   return torque_Nm;
 }
 
-/* What the input feels: by Simpson's rule over the torque, exact where the dependence on the input
- * angle rises with up to the third power of the torque. The difference reaches as far as the input
- * turns in this step, so that energy is counted for what is about to happen. */
+/* Reaction on the input by Simpson's rule over the torque, exact if the dependence on the input
+ * angle is a polynomial in the torque up to the third power. The difference spans the motion of the
+ * input in this step, so that the energy is that of the coming motion. */
 static double find_reaction(drive *one, const history *from, lm_conditions *at, double torque_Nm,
                             double turned_rad) {
   static const double weight[3] = {1.0 / 6, 4.0 / 6, 1.0 / 6};
@@ -338,7 +339,7 @@ static void advance(const mjModel *m, mjData *d, int instance) {
          sizeof(history));
 }
 
-/* Called as the shared object is loaded. MuJoCo's own macro for it has changed its form. */
+/* Called when the shared object is loaded. MuJoCo's own macro for it has changed its form. */
 __attribute__((constructor)) static void register_plugin(void) {
   static const char *attributes[] = {
       "input_joint",     "lost_motion_joint", "ratio",          "torque_limit_Nm",
