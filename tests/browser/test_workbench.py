@@ -499,6 +499,7 @@ def test_nothing_is_cut_off_or_overlaps_at_either_width(
     pictures.mkdir(exist_ok=True)
 
     def look(name: str, width: int) -> None:
+        view.driver.execute_script("scrollTo(0, 0)")
         height = view.driver.execute_script("return document.documentElement.scrollHeight")
         view.size(width, min(max(height, 900), 6000))
         time.sleep(0.3)

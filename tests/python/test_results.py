@@ -151,6 +151,17 @@ def test_a_script_over_the_whole_of_it_runs(
     assert (tmp_path / "copy.toml").is_file()
 
 
+def test_a_characterization_is_a_table_and_a_figure(campaign: lm.Campaign) -> None:
+    found = lm.characterize(campaign, rated_torque_Nm=40.0)
+    frame = found.to_dataframe().set_index("figure")
+    first = found.answer()["torsion_curve"]["K1_Nm_per_rad"]
+    assert frame["value"]["K1_Nm_per_rad"] == first["value"]
+    assert found._repr_html_().count("<tr>") == 1 + len(frame)
+    names = [trace.name for trace in found.plot().data]
+    assert set(names) == {"measured", "mean curve"}
+    assert repr(copy.deepcopy(found)) == repr(pickle.loads(pickle.dumps(found))) == repr(found)
+
+
 def test_a_prediction_is_a_table_and_a_figure() -> None:
     prediction = lm.predict(lm.read_drive(JOINT / "joint.toml"), [0.0, 10.0, 20.0])
     frame = prediction.to_dataframe()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -20,6 +21,7 @@ from lostmotion.characterize.figures import (
     lost_motion,
     none,
 )
+from lostmotion.characterize.printed import NAMES, cells, flat
 from lostmotion.characterize.stretches import FEW_READINGS, Samples, collect
 from lostmotion.characterize.three_slopes import (
     CurveFit,
@@ -33,6 +35,8 @@ from lostmotion.drives import Drive, parse_drive
 from lostmotion.errors import InputError, given_as
 from lostmotion.recordings import Campaign, Protocol, say_findings
 from lostmotion.recordings.protocol import FREE
+from lostmotion.results import data_frame
+from lostmotion.results import figures as charts
 from lostmotion.threads import one_thread
 from lostmotion.units import ARCMIN, ARCSEC
 
@@ -52,6 +56,9 @@ COARSE_SHARE = 0.1
 """Share of the range of the lost motion above which the steps of an encoder are coarse: rounding
 alone is then 3 % of it.
 """
+
+CURVE_POINTS = 241
+"""Points of the mean curve that are drawn."""
 
 CURVE = ("T1", "K1", "T2", "K2", "K3")
 """The torsion curve, in the order of a catalogue."""
@@ -237,6 +244,50 @@ class Characterization:
         """Summarise the result."""
         loops = self.figures.samples.loops
         return f"<Characterization of {self.name!r}: {loops} loop{'s' * (loops != 1)}>"
+
+    def to_dataframe(self) -> Any:
+        """Return a pandas data frame with one row per standard figure."""
+        known = flat(self.answer())
+        keys = ("value", "standard_error", "interval_95", "reason")
+        columns = {key: [one.get(key) for one in known.values()] for key in keys}
+        return data_frame({"figure": list(known), **columns})
+
+    def _repr_html_(self) -> str:
+        rows = [(NAMES[key], *cells(one)[:2]) for key, one in flat(self.answer()).items()]
+        body = "".join(
+            "<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>"
+            for row in rows
+        )
+        head = "<tr><th>figure</th><th>value</th><th>standard error</th></tr>"
+        return f"<p>{html.escape(repr(self))}</p><table>{head}{body}</table>"
+
+    def loop_angles_rad(self) -> FloatArray:
+        """Angles of the loops about the zero of the mean curve."""
+        samples, fit = self.figures.samples, self.figures.fit
+        if fit is None:
+            raise InputError("characterize", "", "no mean curve", "loops that pass through zero")
+        left = samples.angle_rad - fit.angle(samples.torque_Nm)
+        # Both branches count equally in the middle of a loop, however long each is.
+        balance = np.zeros(samples.loops)
+        for loop in range(samples.loops):
+            here = samples.loop == loop
+            means = [
+                float(left[here & (samples.falling == side)].mean())
+                for side in (1.0, -1.0)
+                if np.any(here & (samples.falling == side))
+            ]
+            balance[loop] = float(np.mean(means))
+        return np.asarray(samples.angle_rad - balance[samples.loop])
+
+    def plot(self) -> Any:
+        """Plot the loops and their mean curve (Plotly figure)."""
+        samples, angle = self.figures.samples, self.loop_angles_rad() / ARCMIN
+        fit = self.figures.fit
+        assert fit is not None
+        parts = [samples.stretch == stretch for stretch in np.unique(samples.stretch)]
+        torque = np.linspace(samples.low_Nm, samples.high_Nm, CURVE_POINTS)
+        branches = [(samples.torque_Nm[at], angle[at]) for at in parts]
+        return charts.mean_curve(branches, torque, fit.angle(torque) / ARCMIN)
 
     def assumptions(self) -> list[str]:
         """List the assumptions of the figures and of the drive file, one sentence each."""

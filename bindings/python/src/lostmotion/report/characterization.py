@@ -4,9 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
-
-import numpy as np
 
 from lostmotion.catalogue import Catalogue
 from lostmotion.characterize import Characterization, StandardFigures
@@ -17,12 +14,7 @@ from lostmotion.report.figure_data import FigureData
 from lostmotion.report.page import Notes, PageTable, Section
 from lostmotion.report.sources import file_fingerprint
 from lostmotion.report.wording import written
-from lostmotion.results import figures
-from lostmotion.results.colours import MEASURED, MODEL
 from lostmotion.units import ARCMIN, plain_number
-
-CURVE_POINTS = 241
-"""Points of the mean curve that are drawn."""
 
 
 def characterization_section(result: Characterization, files: Sequence[str | Path]) -> Section:
@@ -106,54 +98,13 @@ def curve_figure(result: Characterization) -> Chart:
         f"Torque loops of {result.name} and their mean curve",
         "Samples of the loops averaged in torque bins (grey), each loop about its own middle, "
         "and the mean curve as straight lines (orange).",
-        lambda: [draw_curve(result)],
+        lambda: [result.plot()],
         FigureData(
             "loops",
             {
                 "loop": [int(loop) for loop in samples.loop],
                 "torque_Nm": samples.torque_Nm,
-                "angle_arcmin": middled(result) / ARCMIN,
+                "angle_arcmin": result.loop_angles_rad() / ARCMIN,
             },
         ),
     )
-
-
-def middled(result: Characterization) -> np.ndarray:
-    """Angles of the loops about the zero of the mean curve, in rad."""
-    samples, fit = result.figures.samples, result.figures.fit
-    assert fit is not None
-    left = samples.angle_rad - fit.angle(samples.torque_Nm)
-    # Both branches have equal weight in the middle of a loop, regardless of their lengths.
-    balance = np.zeros(samples.loops)
-    for loop in range(samples.loops):
-        here = samples.loop == loop
-        means = [
-            float(left[here & (samples.falling == side)].mean())
-            for side in (1.0, -1.0)
-            if np.any(here & (samples.falling == side))
-        ]
-        balance[loop] = float(np.mean(means))
-    return samples.angle_rad - balance[samples.loop]
-
-
-def draw_curve(result: Characterization) -> Any:
-    """Draw the loops and the curve."""
-    samples, fit = result.figures.samples, result.figures.fit
-    assert fit is not None
-    figure = figures.framed("", "torque on the output, N·m", "lost motion, arcmin", 460)
-    angle = middled(result) / ARCMIN
-    for i, stretch in enumerate(np.unique(samples.stretch)):
-        at = samples.stretch == stretch
-        figures.line(
-            figure,
-            samples.torque_Nm[at],
-            angle[at],
-            MEASURED,
-            "measured",
-            width=1,
-            legendgroup="measured",
-            showlegend=i == 0,
-        )
-    torque = np.linspace(samples.low_Nm, samples.high_Nm, CURVE_POINTS)
-    figures.line(figure, torque, fit.angle(torque) / ARCMIN, MODEL, "mean curve", width=2)
-    return figure

@@ -42,7 +42,9 @@ def ladder_figure(rungs: Sequence[Mapping[str, Any]], floor_arcsec: float, name:
     )
 
 
-def draw_ladder(rungs: Sequence[Mapping[str, Any]], floor_arcsec: float) -> Any:
+def draw_ladder(
+    rungs: Sequence[Mapping[str, Any]], floor_arcsec: float, *, narrow: bool = False
+) -> Any:
     """Draw a bar for each rung."""
     errors = [(rung["rms_arcsec"], rung["rms_heldout_arcsec"]) for rung in rungs]
     return figures.ladder(
@@ -51,4 +53,5 @@ def draw_ladder(rungs: Sequence[Mapping[str, Any]], floor_arcsec: float) -> Any:
         [held for _, held in errors],
         floor_arcsec,
         [f"{with_zeros(fitted)} / {with_zeros(held)}" for fitted, held in errors],
+        narrow=narrow,
     )

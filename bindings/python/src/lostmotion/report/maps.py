@@ -22,6 +22,9 @@ IntArray = npt.NDArray[np.intp]
 ACROSS, UP = 14, 9
 """Cells of a map, and of a profile."""
 
+EMPTY = "#f4f5f6"
+"""Colour of cells with too few samples."""
+
 SAMPLES_LEAST = 3
 """Least number of samples of a cell; with fewer it stays empty."""
 
@@ -213,6 +216,7 @@ def draw_map(of: Map, picked: int | None = None, most: float | None = None) -> A
         tickvals=np.arange(up) + 0.5, ticktext=[written(float(m), 3) for m in middles],
         range=[0, up], showgrid=False, zeroline=False,
     )  # fmt: skip
+    figure.update_layout(plot_bgcolor=EMPTY)
     if picked is not None:
         j, i = divmod(picked, ACROSS)
         x0, x1 = of.torque_edges[i : i + 2]

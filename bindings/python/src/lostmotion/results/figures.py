@@ -402,6 +402,8 @@ def ladder(
     heldout: Sequence[float],
     noise_floor_arcsec: float,
     written: Sequence[str] | None = None,
+    *,
+    narrow: bool = False,
 ) -> Any:
     """Draw the error after each effect that was added, fitted and leave-one-run-out.
 
@@ -413,6 +415,8 @@ def ladder(
         rms errors in arcsec.
     written : sequence of str, optional
         Both errors in words, beside each bar.
+    narrow : bool
+        Whether it is drawn for a width of about 250 pixels.
     """
     rows = np.arange(len(names))
     floor = f"rms, arcsec (grey: noise floor {noise_floor_arcsec:.3g})"
@@ -443,8 +447,9 @@ def ladder(
     ends = [max(pair) for pair in zip(fitted, heldout, strict=True)]
     said = written or [f"{a:.3g} / {b:.3g}" for a, b in zip(fitted, heldout, strict=True)]
     names_above(figure, names)
-    texts(figure, np.array(ends) + 0.015 * most, rows, [f"<b>{one}</b>" for one in said])
-    figure.update_xaxes(range=[0, 1.36 * most])
+    texts(figure, np.array(ends) + 0.03 * most, rows, [f"<b>{one}</b>" for one in said])
+    figure.update_layout(margin={"l": 12, "r": 12}, font_size=11 if narrow else None)
+    figure.update_xaxes(range=[0, (1.9 if narrow else 1.36) * most])
     return figure
 
 
@@ -502,3 +507,32 @@ def axis_range(values: Sequence[float], share: float = 0.06) -> list[float]:
     low, high = float(min(values)), float(max(values))
     room = share * (high - low) or 1.0
     return [low - room, high + room]
+
+
+def mean_curve(
+    loops_drawn: Sequence[tuple[FloatArray, FloatArray]],
+    torque_Nm: FloatArray,
+    curve_arcmin: FloatArray,
+) -> Any:
+    """Draw the branches of torque loops and their mean curve.
+
+    Parameters
+    ----------
+    loops_drawn : sequence of (ndarray, ndarray)
+        Torque in Nm and angle in arcmin of each branch.
+    """
+    title = "Torque loops and their mean curve"
+    figure = framed(title, "torque on the output, N·m", "lost motion, arcmin", 460)
+    for i, (torque, angle) in enumerate(loops_drawn):
+        line(
+            figure,
+            torque,
+            angle,
+            MEASURED,
+            "measured",
+            width=1,
+            legendgroup="measured",
+            showlegend=i == 0,
+        )
+    line(figure, torque_Nm, curve_arcmin, MODEL, "mean curve", width=2)
+    return figure

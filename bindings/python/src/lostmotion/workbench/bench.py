@@ -182,11 +182,17 @@ class Bench:
         """The fit with the chosen effects, if it exists."""
         return self.models.get(tuple(self.chosen))
 
-    def residuals(self) -> Residuals | None:
-        """The residual of the fit with effects, or of the comparison if nothing was fitted."""
+    def residuals(self, *, before: bool = False) -> Residuals | None:
+        """The residual of the fit with effects, or of the comparison if nothing was fitted.
+
+        Parameters
+        ----------
+        before : bool
+            That of the comparison, without effects, in any case.
+        """
         if self.comparison is None:
             return None
-        if self.model is not None:
+        if self.model is not None and not before:
             base = self.model.base
             return collect_residuals(
                 base.conditions, base.residual(), self.model.noise_floor_arcsec, NOISE_FLOOR

@@ -20,6 +20,8 @@ from lostmotion.report.maps import (
     runs_in_cell,
     scale_of,
 )
+from lostmotion.report.overlay import overlay_figure
+from lostmotion.report.residual_grids import grids_figure
 from lostmotion.report.wording import words
 from lostmotion.workbench.bench import Bench
 from lostmotion.workbench.panel import Panel, action, plot
@@ -68,8 +70,19 @@ class MeasuredPanel(Panel):
     of_recordings = True
 
     def draw(self) -> None:
-        """Draw the panel."""
-        self.page(self.bench.comparison_page)
+        """Draw the panel: before and after, if effects were added."""
+        bench = self.bench
+        model, comparison = bench.model, bench.comparison
+        if model is not None and comparison is not None and bench.chosen:
+            name, floor = bench.need_drive().name, model.noise_floor_arcsec
+            before, after = comparison.fitted_base(), model.base
+            added = ", ".join(map(words, bench.chosen))
+            self.html(f"<h3>Before and after: with {escape(added)}</h3>")
+            self.chart(overlay_figure(before, after, floor, name))
+            both = [("baseline", before.residual()), ("added", after.residual())]
+            self.chart(grids_figure(after.conditions, both, floor, name))
+            self.html("<h3>Before: without effects</h3>")
+        self.page(bench.comparison_page)
 
 
 class WherePanel(Panel):
@@ -107,7 +120,10 @@ class WherePanel(Panel):
                 f"Residual of {what}. The colour scale is kept when the model changes."
             ).classes("soft small")
         of = bin_residuals(data, self.covariate)
-        most = self.scales.setdefault(self.covariate, scale_of(of))
+        earlier = self.bench.residuals(before=True)
+        assert earlier is not None
+        before = bin_residuals(earlier, self.covariate)
+        most = self.scales.setdefault(self.covariate, scale_of(before))
         area = (
             ui.element("div")
             .classes("map")
@@ -119,13 +135,20 @@ class WherePanel(Panel):
             js_handler="(e) => { if (e.key.startsWith('Arrow'))"
             " { e.preventDefault(); emit(e.key); } }",
         )
-        title = f"Mean residual over torque and {NAMES[self.covariate][0]}"
-        with area:
-            plot(page_figure(draw_map(of, self.picked, most)), title).on(
-                "plotly_click",
-                lambda event: self.pick(event.args),
-                js_handler="(e) => emit(e.points[0].customdata)",
-            )
+        name = NAMES[self.covariate][0]
+        maps = [(f"Mean residual over torque and {name}", of)]
+        if self.bench.chosen and model is not None:
+            maps = [("before: without effects", before), (f"after: with {added}", of)]
+        with area, ui.element("div").classes(f"charts beside{len(maps)}"):
+            for title, one in maps:
+                figure = draw_map(one, self.picked, most)
+                if len(maps) > 1:
+                    figure.update_layout(title=title)
+                plot(page_figure(figure), title).on(
+                    "plotly_click",
+                    lambda event: self.pick(event.args),
+                    js_handler="(e) => emit(e.points[0].customdata)",
+                )
         self.cell(data, of)
         self.chart(map_figure(data, self.covariate))
 

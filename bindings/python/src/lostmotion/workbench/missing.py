@@ -11,6 +11,7 @@ from typing import Any
 from nicegui import ui
 
 from lostmotion import rules
+from lostmotion.effects.effect import Effect
 from lostmotion.report.discovery import detectable_rows, verdict_sentence
 from lostmotion.report.evidence import dots_figure
 from lostmotion.report.ladder import ladder_figure
@@ -20,6 +21,26 @@ from lostmotion.report.wording import named_numbers, words
 from lostmotion.workbench.bench import Bench
 from lostmotion.workbench.panel import Panel, action, field
 from lostmotion.workbench.work import Work
+
+CAUSES = {
+    "temperature_C": "Temperature",
+    "cycles": "Wear",
+    "tilt_moment_Nm": "Moments and forces on the output",
+    "axial_force_N": "Moments and forces on the output",
+    "elapsed_s": "Time",
+    "input_velocity_rad_s": "Speed and acceleration",
+    "output_acceleration_rad_s2": "Speed and acceleration",
+    "input_angle_rad": "Angles of wave generator and output",
+    "output_angle_rad": "Angles of wave generator and output",
+}
+"""Cause of an effect by the quantity that it needs besides the torque, in this order."""
+
+LOAD_ALONE, NOT_TESTABLE = "Load", "Not testable with these recordings"
+
+
+def cause_of(effect: Effect) -> str:
+    """Name the group of an effect."""
+    return next((cause for name, cause in CAUSES.items() if name in effect.needs), LOAD_ALONE)
 
 
 def capitalized(sentence: str) -> str:
@@ -59,22 +80,25 @@ class EffectsPanel(Panel):
         ui.input("search effects", on_change=lambda event: self.search(event.value)).props(
             "dense outlined stack-label clearable"
         ).mark("search")
-        self.rows: list[tuple[str, ui.element]] = []
-        entries = self.entries()
-        for entry in entries:
-            if entry["testable"]:
-                self.row(entry)
-        if not all(entry["testable"] for entry in entries):
-            self.html("<h3>Not testable with these recordings</h3>")
-            for entry in entries:
-                if not entry["testable"]:
-                    self.row(entry)
+        self.groups: list[tuple[ui.element, list[tuple[str, ui.element]]]] = []
+        causes: dict[str, list[dict[str, Any]]] = {}
+        for entry in self.entries():
+            cause = cause_of(self.bench.effects[entry["name"]])
+            causes.setdefault(cause if entry["testable"] else NOT_TESTABLE, []).append(entry)
+        refused = causes.pop(NOT_TESTABLE, [])
+        for cause, entries in (*causes.items(), *([(NOT_TESTABLE, refused)] if refused else [])):
+            with ui.element("section") as group:
+                self.html(f"<h4>{cause}</h4>")
+                self.groups.append((group, [self.row(entry) for entry in entries]))
 
     def search(self, text: str | None) -> None:
         """Show only the effects whose name or mechanism contains these words."""
         wanted = (text or "").lower().split()
-        for said, row in self.rows:
-            row.set_visibility(all(word in said for word in wanted))
+        for group, rows in self.groups:
+            found = [all(word in said for word in wanted) for said, _ in rows]
+            group.set_visibility(any(found))
+            for (_, row), shown in zip(rows, found, strict=True):
+                row.set_visibility(shown)
 
     def find(self) -> None:
         """Start the diagnosis."""
@@ -102,8 +126,8 @@ class EffectsPanel(Panel):
             return list(self.bench.diagnosis.answer()["candidates"])
         return [{"name": name, "testable": True, "evidence": None} for name in self.bench.effects]
 
-    def row(self, entry: Mapping[str, Any]) -> None:
-        """Show one effect."""
+    def row(self, entry: Mapping[str, Any]) -> tuple[str, ui.element]:
+        """Show one effect; what the search reads, and where it is."""
         name = entry["name"]
         effect = self.bench.effects[name]
         lines = [capitalized(effect.mechanism)]
@@ -133,7 +157,7 @@ class EffectsPanel(Panel):
                     f'<div style="width:{share:.0f}%"></div></div></div>'
                 )
             self.html(escape("; ".join(lines))).classes("about")
-        self.rows.append((" ".join([words(name), *lines]).lower(), row))
+        return " ".join([words(name), *lines]).lower(), row
 
     def tick(self, name: str, wanted: bool) -> None:
         """Add an effect to the model or remove it."""

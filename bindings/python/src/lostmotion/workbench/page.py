@@ -16,7 +16,8 @@ from nicegui.events import MultiUploadEventArguments
 from lostmotion.compare import REPEATABILITY
 from lostmotion.drives import read_toml
 from lostmotion.errors import LostMotionError, one_line
-from lostmotion.report.ladder import ladder_figure
+from lostmotion.report.charts import page_figure
+from lostmotion.report.ladder import draw_ladder
 from lostmotion.report.wording import NOISE_FLOOR, NOISE_FLOOR_IS, words
 from lostmotion.shipped import find_inputs
 from lostmotion.workbench.bench import Bench
@@ -256,8 +257,9 @@ class Page:
         if model is None or not model.ladder:
             return
         with ui.element("div").props("id=ladder"):
-            chart = ladder_figure(model.ladder, floor, bench.need_drive().name)
-            plot(chart.figures()[0], chart.title)
+            figure = draw_ladder(model.ladder, floor, narrow=True)
+            figure.update_layout(title=None)
+            plot(page_figure(figure), "error ladder")
         if bench.chosen:
             with ui.element("div").classes("line"):
                 for name in bench.chosen:

@@ -20,16 +20,19 @@ class PlotsPanel(Panel):
     def __init__(self, bench: Bench, work: Work) -> None:
         super().__init__(bench, work)
         self.chosen = "time"
+        self.before = False
 
     def draw(self) -> None:
         """Draw the panel."""
-        result = self.bench.model or self.bench.comparison
-        assert result is not None
+        bench = self.bench
+        comparison = bench.comparison
+        assert comparison is not None
+        changed = bench.model is not None and bool(bench.chosen)
+        result = comparison if self.before and changed else bench.model or comparison
         plots = {plot.name: plot for plot in plots_of(result)}
         if self.chosen not in plots:
             self.chosen = next(iter(plots))
-        plot = plots[self.chosen]
-        added = ", ".join(words(name) for name in self.bench.chosen) or "baseline model"
+        added = ", ".join(words(name) for name in bench.chosen) or "baseline model"
         with ui.element("div").classes("line"):
             ui.select(
                 {name: one.title for name, one in plots.items()},
@@ -37,8 +40,21 @@ class PlotsPanel(Panel):
                 label="plot",
                 on_change=lambda event: self.choose(event.value),
             ).props("dense outlined options-dense").style("min-width: 260px").mark("plot")
-            ui.label(f"Of the current model: {added}.").classes("soft small")
-        self.chart(plot)
+            if changed:
+                ui.select(
+                    {False: f"after: with {added}", True: "before: baseline model"},
+                    value=self.before,
+                    label="model",
+                    on_change=lambda event: self.turn(before=event.value),
+                ).props("dense outlined options-dense").style("min-width: 220px").mark("model")
+            else:
+                ui.label(f"Of the current model: {added}.").classes("soft small")
+        self.chart(plots[self.chosen])
+
+    def turn(self, *, before: bool) -> None:
+        """Show the model before or after the effects were added."""
+        self.before = before
+        self.redraw()
 
     def choose(self, name: str) -> None:
         """Show another plot."""
