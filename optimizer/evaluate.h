@@ -1,5 +1,5 @@
-/* From a point of the search to figures and limits, in the number type at hand. The plain build
- * gives values; dual.h in place of lm_real gives their derivatives from the same source.
+/* From a point of the search to figures and limits, in the number type of the build. The plain
+ * build gives values; dual.h in place of lm_real gives their derivatives from the same source.
  */
 #ifndef LOSTMOTION_OPTIMIZER_EVALUATE_H
 #define LOSTMOTION_OPTIMIZER_EVALUATE_H

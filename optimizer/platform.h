@@ -52,7 +52,7 @@ int lm_remove_file(const char *path);   /* a link itself */
 int lm_make_folder(const char *path);   /* EEXIST: the name exists */
 int lm_remove_folder(const char *path); /* an empty one */
 
-/* 1: the name exists; a link counts, whatever its target. */
+/* 1: the name exists; a link counts, with or without a target. */
 int lm_exists(const char *path);
 
 /* 1: both are names of one file. */

@@ -100,7 +100,7 @@ lm_task *lm_add_task(lm_search *search, int kind, int combination, int budget, c
 /* Move a start by up to `width` of each range. */
 void lm_disturb(const lm_search *search, lm_task *task, double width);
 
-/* Combinations of which a point was computed, but for the pruned ones. */
+/* Combinations of which a point was computed, except the pruned ones. */
 int lm_count_screened(const lm_search *search);
 
 /* Rank combinations order[0 .. count-1], best first; ties keep their order. */

@@ -335,7 +335,7 @@ void lm_run_plain(lm_task_state *s, const double start[], nlopt_algorithm algori
   for (i = 0; i < n; i++) {
     x[i] = start[s->moving[i]];
   }
-  /* NLopt's generator belongs to the thread: each run starts it anew. */
+  /* NLopt's generator belongs to the thread: each run restarts it. */
   nlopt_srand((unsigned long)(seed & 0xffffffffu));
   if (!lm_open_solver(s, algorithm, n)) {
     return;

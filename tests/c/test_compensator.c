@@ -47,8 +47,8 @@ static void at_rest_the_correction_takes_the_lost_motion_out(void) {
   TEST_ASSERT_EQUAL(LM_STATE_MEMORY_UNKNOWN | LM_STATE_SETTLED, now.status);
 }
 
-/* The slope of the torsion curve and its friction is constant while a torque rises between two
- * knots: the target moves at a steady rate and must be followed without lag. */
+/* The slope of the torsion curve with its friction is constant while a torque rises between two
+ * knots: the target moves at a constant rate and must be followed without lag. */
 static void a_steady_rate_is_followed_without_lag(void) {
   lm_correction now = rest(8, 1000);
   int i;
@@ -60,7 +60,7 @@ static void a_steady_rate_is_followed_without_lag(void) {
   TEST_ASSERT_TRUE(distance(now.correction_rad, -now.lost_motion_rad) < LM_REAL(8e-7));
 }
 
-/* Bounds by differences of the outputs, for loads as wild as they come. `slack` is rounding. */
+/* Checks of the bounds by differences of the outputs, for arbitrary loads. `slack` is rounding. */
 static void check_limits(lm_headroom most, int ticks) {
   const lm_real tick_s = parameters.limits.period_s;
   lm_correction before;
@@ -157,7 +157,7 @@ static void no_headroom_means_no_motion(void) {
   TEST_ASSERT_TRUE(rest(30, 2000).correction_rad < LM_REAL(-5e-4));
 }
 
-/* From the moment the bounds are narrowed: nothing passes what the motion was made under, nothing
+/* After the bounds are narrowed nothing exceeds the bounds of the motion in progress, nothing
  * jumps, and the correction comes to rest. */
 static lm_correction check_ending(lm_headroom most, int ticks) {
   const lm_real tick_s = parameters.limits.period_s;
@@ -182,8 +182,8 @@ static lm_correction check_ending(lm_headroom most, int ticks) {
   return now;
 }
 
-/* A host without anything to spare, in the midst of any motion: the velocity used to grow for as
- * long as it had nothing, because the acceleration stayed. */
+/* A host without headroom during any motion: the velocity once grew as long as there was no
+ * headroom, because the acceleration was kept. */
 static void a_motion_without_headroom_comes_to_rest(void) {
   static const lm_real jerk_rad_s3[] = {0, 1, 100};
   int moment;
@@ -213,7 +213,7 @@ static void headroom_too_short_to_stop_is_reported(void) {
   rest(70, 5);
   lm_set_headroom(&joint, &none);
   TEST_ASSERT_TRUE(step(70).status & LM_STATE_HEADROOM_SHORT);
-  /* The same where the host says it every tick. */
+  /* The same if the host states it in every tick. */
   for (k = 0; k < 500; ++k) {
     lm_set_headroom(&joint, &none);
     step(70);
@@ -221,8 +221,8 @@ static void headroom_too_short_to_stop_is_reported(void) {
   TEST_ASSERT_TRUE(distance(step(70).velocity_rad_s, 0) < LM_REAL(1e-6));
 }
 
-/* Narrower limits arrive while the correction stands beyond them, or moves faster than they let it:
- * it used to jump to the new limit within one tick. */
+/* Narrower limits arrive while the correction is beyond them, or moves faster than they permit: it
+ * once jumped to the new limit within one tick. */
 static void narrower_parameters_are_approached_without_a_jump(void) {
   lm_parameters narrow = parameters;
   lm_headroom most = own_limits();
@@ -296,7 +296,7 @@ static void holding_stays_and_resetting_goes_to_zero_while_the_memory_follows(vo
   TEST_ASSERT_EQUAL(LM_STATE_RESETTING | LM_STATE_MEMORY_UNKNOWN | LM_STATE_SETTLED,
                     step(-40).status);
   lm_set_mode(&joint, LM_MODE_RUN);
-  /* Stop, abort and re-home have lost nothing: the history is that of the load. */
+  /* Stop, abort and re-homing lose nothing: the history is that of the load. */
   TEST_ASSERT_EQUAL(LM_OK, lm_start_compensator(&other, &parameters, 0, &fault));
   at.torque_Nm = 30;
   lm_step_compensator(&other, &at);
@@ -306,8 +306,8 @@ static void holding_stays_and_resetting_goes_to_zero_while_the_memory_follows(vo
   TEST_ASSERT_EQUAL(LM_STATE_MEMORY_UNKNOWN | LM_STATE_SETTLED, rest(-40, 3000).status);
 }
 
-/* Stop, abort, re-home, new parameters, power-down: at random moments, over and over, and the
- * history is that of a model which was never disturbed. */
+/* Stop, abort, re-homing, new parameters and power-down at random moments: the history is that of a
+ * model without interruption. */
 static void nothing_that_the_host_does_loses_the_history(void) {
   lm_memory undisturbed = joint.memory;
   lm_parameters same = parameters;
@@ -348,7 +348,8 @@ static void nothing_that_the_host_does_loses_the_history(void) {
   }
 }
 
-/* The truth: a model that starts anywhere in its bands. The bound must hold it at every moment. */
+/* The truth is a model that starts anywhere in its bands. The bound must contain it at every
+ * moment. */
 static void check_uncertainty(void) {
   int trial;
   for (trial = 0; trial < 300; ++trial) {
@@ -373,7 +374,7 @@ static void check_uncertainty(void) {
       model = lm_step_compensator(&joint, &at).lost_motion_rad;
       bound = lm_bound_uncertainty(&joint);
       TEST_ASSERT_TRUE(distance(model, real) <= bound + 32 * ROUNDING * LM_REAL(4e-3));
-      /* Inside, the torsion curve's slope at the load moves the angle for one and the same torque.
+      /* Inside, the torsion curve's slope at the load changes the angle at the same torque.
        */
       TEST_ASSERT_TRUE(bound <= before * LM_REAL(2.0));
       before = bound;
@@ -426,8 +427,8 @@ static void a_change_of_parameters_makes_no_step(void) {
   TEST_ASSERT_EQUAL(LM_NULL, lm_change_parameters(&joint, NULL, &fault));
 }
 
-/* Wider bands: where a play is in them the old ones cannot tell, however widely the load swept
- * before. The truth is a model that had the new bands all along. */
+/* Wider bands: the old ones do not determine the position of a play in them, for any swing of the
+ * load before. The truth is a model that always had the new bands. */
 static void a_change_of_bands_makes_the_memory_unknown(void) {
   lm_parameters wider = parameters;
   lm_memory truth;
@@ -458,7 +459,7 @@ static void a_change_of_bands_makes_the_memory_unknown(void) {
                      lm_bound_uncertainty(&joint) + 32 * ROUNDING * LM_REAL(4e-3));
   }
   TEST_ASSERT_TRUE(bound_rad > LM_REAL(1e-4));
-  /* Other numbers with the same bands leave it as it was. */
+  /* Other numbers with the same bands do not change it. */
   step(80);
   step(-80);
   TEST_ASSERT_TRUE(lm_bound_uncertainty(&joint) == 0);
@@ -468,7 +469,7 @@ static void a_change_of_bands_makes_the_memory_unknown(void) {
   TEST_ASSERT_EQUAL(0, step(0).status & LM_STATE_MEMORY_UNKNOWN);
 }
 
-/* By the radius alone, the widening, the envelope or its knee. */
+/* Change of only the radius, the widening, the envelope or its knee. */
 static void any_other_band_counts(void) {
   int i;
   for (i = 0; i < 4; ++i) {
@@ -504,7 +505,7 @@ static void a_saved_history_is_taken_up_again(void) {
   TEST_ASSERT_TRUE(lm_bound_uncertainty(&next) == 0);
 }
 
-/* Cold grease had widened the bands: the operators stand where the wide bands put them. */
+/* Cold grease has widened the bands: the operators are at the positions by the wide bands. */
 static void a_history_of_wide_bands_is_taken_up_again(void) {
   lm_saved saved;
   lm_memory kept;
@@ -535,7 +536,8 @@ static void a_saved_history_that_does_not_belong_is_refused(void) {
   saved.crc = lm_find_crc(0, &saved, offsetof(lm_saved, crc));
   TEST_ASSERT_EQUAL(LM_CORRUPT, lm_restore_compensator(&joint, &saved, &fault));
   TEST_ASSERT_EQUAL_STRING("format", fault.input);
-  /* A range of the load that cannot be, under a good CRC: nothing is known, the bound stays whole.
+  /* An impossible range of the load with a correct CRC: nothing is known, the bound is the full
+   * one.
    */
   for (i = 0; i < 5; ++i) {
     lm_real zero = 0;
@@ -557,7 +559,7 @@ static void a_saved_history_that_does_not_belong_is_refused(void) {
   TEST_ASSERT_EQUAL_MEMORY(&kept, &joint.memory, sizeof kept);
 }
 
-/* A load that swings +-20 N*m; the encoder sees `truth` times what the model says. */
+/* A load that swings by +-20 N*m; the encoder measures `truth` times the model's lost motion. */
 static lm_correction swing(double seconds, lm_real truth) {
   lm_correction now = step(0);
   int i;
@@ -597,8 +599,8 @@ static void the_watch_takes_noise_for_noise(void) {
   TEST_ASSERT_TRUE(joint.gain == 1);
 }
 
-/* At rest under load the measurement is its noise and nothing else, whatever the model says: here
- * five times what the parameters call noise. */
+/* At rest under load the measurement is only its noise, for any result of the model: here five
+ * times the noise of the parameters. */
 static void the_watch_leaves_a_rest_alone_however_noisy_the_encoder(void) {
   lm_real most_rad = 5 * LM_REAL(1.7320508) * parameters.watch.noise_rad;
   int i;
@@ -641,7 +643,7 @@ static void inputs_that_are_not_finite_change_nothing(void) {
   TEST_ASSERT_TRUE(now.status & LM_STATE_INPUT_REFUSED);
   TEST_ASSERT_TRUE(now.lost_motion_rad == before.lost_motion_rad);
   at.temperature_C = zero / zero;
-  TEST_ASSERT_EQUAL(0, step(20).status & LM_STATE_INPUT_REFUSED); /* nobody requested it */
+  TEST_ASSERT_EQUAL(0, step(20).status & LM_STATE_INPUT_REFUSED); /* not requested */
   add_effect(&parameters, &lm_effect_thermal_drift, LM_REAL(1e-6), 0);
   restart();
   TEST_ASSERT_EQUAL(LM_STATE_INPUT_REFUSED, step(20).status & LM_STATE_INPUT_REFUSED);
@@ -656,8 +658,8 @@ static lm_real nothing_of(const lm_real *value, lm_real *own, const lm_condition
   return 0;
 }
 
-/* Each condition by itself, where an effect needs it: not finite, beyond what it may be, not told.
- * What nobody needs is not examined. */
+/* Each condition by itself that an effect needs: not finite, beyond its range, not set. Conditions
+ * that no effect needs are not examined. */
 static void a_condition_that_means_nothing_is_refused(void) {
   static const uint32_t needs[] = {LM_NEEDS_INPUT_ANGLE,    LM_NEEDS_OUTPUT_ANGLE,
                                    LM_NEEDS_INPUT_VELOCITY, LM_NEEDS_OUTPUT_ACCELERATION,
@@ -700,7 +702,7 @@ static void a_condition_that_means_nothing_is_refused(void) {
   TEST_ASSERT_EQUAL(0, lm_find_needs(NULL));
 }
 
-/* A host that does not wrap its angles is informed before the waves jump, whatever their order. */
+/* A host that does not wrap its angles is informed before the waves jump, for any order. */
 static void an_angle_of_many_turns_is_refused_before_the_waves_jump(void) {
   static const lm_effect *const waves[] = {
       &lm_effect_kinematic_error, &lm_effect_kinematic_sideband, &lm_effect_lobe_eccentricity,
@@ -732,7 +734,7 @@ static void an_angle_of_many_turns_is_refused_before_the_waves_jump(void) {
   }
 }
 
-/* Conditions as a host fills them in that knows the torque alone. */
+/* Conditions of a host that knows only the torque. */
 static lm_correction tell(const lm_conditions *told, int ticks) {
   lm_correction now = lm_step_compensator(&joint, told);
   int i;
@@ -797,8 +799,8 @@ static void bad_parameters_do_not_start(void) {
   TEST_ASSERT_EQUAL(LM_STATE_NOT_STARTED, step(20).status);
 }
 
-/* Null, zeroed, and of any bytes but with a start that was refused: nothing is corrected, nothing
- * is read or written where nothing is. */
+/* Null, zeroed, and of any bytes after a refused start: nothing is corrected, and nothing is read
+ * or written through a null pointer. */
 static void an_instance_that_was_not_started_corrects_nothing(void) {
   static lm_compensator zeroed;
   lm_compensator refused;
@@ -841,7 +843,7 @@ static void an_instance_that_was_not_started_corrects_nothing(void) {
   TEST_ASSERT_EQUAL(0, step(0).status & LM_STATE_NOT_STARTED);
 }
 
-/* Power-up under load: the correction is where it goes to at once, and nothing moves from then on.
+/* Power-up under load: the correction is at its target at once, and nothing moves from then on.
  */
 static void a_settled_start_moves_nothing(void) {
   lm_correction now;
@@ -855,7 +857,7 @@ static void a_settled_start_moves_nothing(void) {
     TEST_ASSERT_TRUE(step(30).correction_rad == now.correction_rad);
     TEST_ASSERT_TRUE(step(30).status & LM_STATE_SETTLED);
   }
-  /* In the midst of a motion, and beyond the limit of the position. */
+  /* During a motion, and beyond the limit of the position. */
   (void)rest(-30, 20);
   TEST_ASSERT_EQUAL(0, step(-30).status & LM_STATE_SETTLED);
   parameters.limits.correction_rad = LM_REAL(1e-4);
@@ -892,7 +894,7 @@ static void conditions_end_at_the_range_that_was_fitted(void) {
   TEST_ASSERT_TRUE(step(20).lost_motion_rad == warm_rad);
   at.temperature_C = LM_UNKNOWN;
   TEST_ASSERT_EQUAL(LM_STATE_CONDITION_MISSING, step(20).status & judged);
-  parameters.valid.temperature_C[0] = 0; /* a range that begins at zero is one */
+  parameters.valid.temperature_C[0] = 0; /* a range that begins at zero is valid */
   at.temperature_C = 400;
   TEST_ASSERT_EQUAL(LM_STATE_EXTRAPOLATED, step(20).status & judged);
   TEST_ASSERT_TRUE(step(20).lost_motion_rad == warm_rad);
@@ -935,8 +937,8 @@ static void a_change_of_the_period_is_refused(void) {
   TEST_ASSERT_EQUAL_MEMORY(&kept, &joint, sizeof joint);
 }
 
-/* A move under load, then a rest of a minute: the model is wrong by a twentieth, the 2 arcsec that
- * this leaves at rest must not take away the 100 that the correction makes up for. */
+/* A move under load, then a rest of a minute: the model is wrong by a twentieth; the resulting 2
+ * arcsec at rest must not remove the 100 arcsec that the correction compensates. */
 static void the_watch_leaves_a_correction_that_stands(void) {
   int i;
   for (i = 0; i < 6100; ++i) {
@@ -947,7 +949,7 @@ static void the_watch_leaves_a_correction_that_stands(void) {
   }
 }
 
-/* The measured lost motion stands, the torque's estimate wanders by 5 of 30 N*m. */
+/* The measured lost motion is constant, the torque's estimate wanders by 5 of 30 N*m. */
 static void the_watch_leaves_a_correction_whose_torque_wanders(void) {
   int i;
   (void)rest(30, 10);
@@ -969,7 +971,7 @@ static void the_watch_finds_a_drive_that_compensates_already(void) {
   TEST_ASSERT_TRUE(i < 300); /* three seconds */
 }
 
-/* Once the doubt is full a standing axis creeps, however fast the gain could fade. */
+/* Once the doubt is complete, an axis at rest creeps slowly, even if the gain could fade fast. */
 static void a_fade_of_a_standing_axis_creeps(void) {
   lm_real before_rad;
   int i;
@@ -978,7 +980,7 @@ static void a_fade_of_a_standing_axis_creeps(void) {
   (void)swing(2, -1);
   TEST_ASSERT_TRUE(joint.gain < 1 && joint.gain > 0);
   before_rad = rest(30, 2000).correction_rad;
-  lm_watch_output(&joint, 0, LM_REAL(0.01)); /* what the move to there allowed */
+  lm_watch_output(&joint, 0, LM_REAL(0.01)); /* permitted by the motion so far */
   before_rad = rest(30, 2000).correction_rad;
   for (i = 0; i < 200; ++i) {
     lm_correction now;
@@ -989,7 +991,7 @@ static void a_fade_of_a_standing_axis_creeps(void) {
   }
 }
 
-/* Both encoders share a zero: a load that stands and a model of the wrong sign. */
+/* Both encoders share a zero: a constant load and a model of the wrong sign. */
 static void a_shared_zero_makes_what_stands_count(void) {
   int i;
   lm_declare_shared_zero(&joint);
@@ -1007,7 +1009,8 @@ static void a_shared_zero_makes_what_stands_count(void) {
   TEST_ASSERT_TRUE(joint.gain == 1);
 }
 
-/* A torque that swings at a rate [Hz] for some seconds; the correction's swing in the last of them.
+/* A torque that swings at a rate [Hz] for some seconds; returns the correction's swing in the last
+ * one.
  */
 static lm_real shake(lm_real rate_Hz, int seconds) {
   lm_real low_rad = 1;
@@ -1028,15 +1031,15 @@ static void ringing_is_told_and_ends(void) {
   lm_real fast_rad;
   lm_real hidden_rad;
   int i;
-  TEST_ASSERT_TRUE(shake(15, 2) > LM_REAL(1e-4)); /* nobody stated what ringing is */
+  TEST_ASSERT_TRUE(shake(15, 2) > LM_REAL(1e-4)); /* no limit of ringing was stated */
   TEST_ASSERT_EQUAL(0, joint.standing & LM_STATE_RINGING);
   parameters.watch.ringing_Hz = 5;
   TEST_ASSERT_EQUAL(LM_OK, lm_start_compensator(&joint, &parameters, 10, &fault));
-  fast_rad = shake(2, 3); /* slower than that is commanded */
+  fast_rad = shake(2, 3); /* slower motion is commanded */
   TEST_ASSERT_EQUAL(0, joint.standing & LM_STATE_RINGING);
   TEST_ASSERT_TRUE(shake(15, 2) < LM_REAL(0.1) * fast_rad);
   TEST_ASSERT_TRUE(step(10).status & LM_STATE_RINGING);
-  /* Nobody said how wrong that torque may be: the axis is as without. */
+  /* No torque error was declared: the axis behaves as without compensation. */
   TEST_ASSERT_TRUE(distance(rest(30, 3000).correction_rad, 0) < LM_REAL(1e-6));
   for (i = 0; i < 4; ++i) {
     static const lm_real nonsense[] = {-1, LM_REAL(NAN), LM_REAL(INFINITY), LM_REAL(1e30)};
@@ -1044,7 +1047,7 @@ static void ringing_is_told_and_ends(void) {
     lm_declare_torque_error(&joint, nonsense[i]);
     TEST_ASSERT_TRUE(distance(rest(30, 3000).correction_rad, 0) < LM_REAL(1e-6));
   }
-  /* What stands is corrected, but for what the error may make of it at no load. */
+  /* A constant lost motion is corrected, except for the possible effect of the error at no load. */
   for (i = 0; i < 2; ++i) {
     lm_real error_Nm = LM_REAL(i * 5);
     hidden_rad = LM_REAL(0.5) * (lm_evaluate_curve(&parameters.curve, error_Nm) -
@@ -1062,7 +1065,7 @@ static void ringing_is_told_and_ends(void) {
   TEST_ASSERT_TRUE(step(30).status & LM_STATE_RINGING);
   lm_set_mode(&joint, LM_MODE_RUN); /* as before */
   TEST_ASSERT_TRUE(step(30).status & LM_STATE_RINGING);
-  /* Homing and probing do not wake up a loop that rang; who wants that resets it. */
+  /* Homing and probing do not restore the correction of a loop that rang; a reset does. */
   lm_set_mode(&joint, LM_MODE_HOLD);
   TEST_ASSERT_TRUE(step(30).status & LM_STATE_RINGING);
   lm_set_mode(&joint, LM_MODE_RUN);
@@ -1073,7 +1076,8 @@ static void ringing_is_told_and_ends(void) {
 }
 
 /* A noisy sensor behind a filter of the first order, and a load that changes its sign: after three
- * time constants of standstill hardly any motion remains, and the noise lets that time pass. */
+ * time constants of standstill hardly any motion remains, and the noise does not prevent the
+ * standstill. */
 static void a_standstill_is_found_in_noise_and_not_before_its_time(void) {
   const lm_real filter_s = LM_REAL(0.08);
   const lm_real load_Nm[] = {-12, 12, 11, -12};
@@ -1112,7 +1116,7 @@ static void a_standstill_is_found_in_noise_and_not_before_its_time(void) {
   }
 }
 
-/* The seconds are those since the correction left the range, or since the count began anew. */
+/* The seconds since the correction left the range, or since the count was restarted. */
 static void a_standstill_begins_anew_with_a_motion(void) {
   lm_standstill standstill = {0, 0, 0};
   int i;
@@ -1131,8 +1135,8 @@ static void a_standstill_begins_anew_with_a_motion(void) {
   TEST_ASSERT_EQUAL(UINT32_MAX, standstill.ticks);
 }
 
-/* A kinematic error swings the correction as the axis turns, at any speed, and no torque makes it.
- * A torque that rings beside it is found. */
+/* A kinematic error swings the correction as the axis turns, at any speed, and no torque causes
+ * this. A torque that rings in addition is found. */
 static void a_kinematic_error_does_not_ring(void) {
   static const lm_real speed_Hz[] = {1, 3, 6, 10, 20, 40};
   int ringing;
@@ -1166,7 +1170,8 @@ static void a_kinematic_error_does_not_ring(void) {
   }
 }
 
-/* Swings far below the noise are none, and a motion that continues after a small turn is no swing.
+/* Swings far below the noise do not count, and a motion that continues after a small reversal is no
+ * swing.
  */
 static void noise_does_not_ring(void) {
   int i;
@@ -1178,9 +1183,9 @@ static void noise_does_not_ring(void) {
   }
 }
 
-/* The response falls and the limits with it, in the midst of any motion. That nothing jumps is
- * shown by tests/fuzz/limiter_differences.c; here: the new limits are in force in the end, and at
- * once where the correction rests. */
+/* The response falls and the limits with it, during any motion. tests/fuzz/limiter_differences.c
+ * shows that nothing jumps; here: the new limits are finally active, and at once if the correction
+ * is at rest. */
 static void narrower_parameters_are_in_force_in_the_end(void) {
   lm_parameters narrow = parameters;
   int moment;
@@ -1201,7 +1206,7 @@ static void narrower_parameters_are_in_force_in_the_end(void) {
   }
 }
 
-/* A motion that is faster than the new limit of velocity, or about to be, ends under the old one.
+/* A motion that exceeds the new limit of velocity, or will exceed it, ends under the old one.
  */
 static void a_velocity_beyond_the_new_limit_is_told(void) {
   lm_parameters slow = parameters;
@@ -1224,7 +1229,7 @@ static void a_velocity_beyond_the_new_limit_is_told(void) {
   }
 }
 
-/* Whichever way the swings began. */
+/* In either direction of the first swing. */
 static void ringing_is_told_in_either_direction(void) {
   int side;
   parameters.watch.ringing_Hz = 5;

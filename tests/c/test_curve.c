@@ -63,7 +63,7 @@ static void the_slope_is_the_segments(void) {
                    LM_REAL(1e-4 / 16e3));
 }
 
-/* Random curves of every size: the search against a plain walk through the knots. */
+/* Random curves of every size: the search compared with a plain loop through the knots. */
 static void every_size_finds_its_segment_and_inverts(void) {
   int count;
   int trial;
@@ -148,7 +148,7 @@ static void nonsense_is_refused_by_name(void) {
   a[1] = 1 / zero;
   TEST_ASSERT_EQUAL(LM_NOT_FINITE, lm_build_curve(&curve, t, a, 3, &fault));
   TEST_ASSERT_EQUAL_STRING("angle_rad", fault.input);
-  /* Finite, but more than the arithmetic of a step bears. */
+  /* Finite, but beyond the arithmetic of a step. */
   a[1] = LM_REAL(1.001) * LM_CURVE_ANGLE_MAX_RAD;
   TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE, lm_build_curve(&curve, t, a, 3, &fault));
   TEST_ASSERT_EQUAL_STRING("angle_rad", fault.input);

@@ -1,4 +1,4 @@
-/* The list of design keys as data: complete, named as drive files name them. */
+/* The list of design keys as data is complete, with the names of drive files. */
 #include <string.h>
 
 #include "lostmotion/design_keys.h"

@@ -27,7 +27,8 @@ static void assert_accepted(void) {
 #define ASSERT_DIGITS(expected, found) \
   ASSERT_NEAR(fabs((double)(expected)) * BOUND(1e-13, 2e-6), expected, found)
 
-/* --- what the designer has not said --------------------------------------------------------------
+/* --- values that the designer has not stated
+ * --------------------------------------------------------------
  */
 
 /* drive.h, lm_complete_drive; size 20 has d = 50 mm. */
@@ -118,7 +119,7 @@ static void a_softer_material_is_softer_in_shear(void) {
 
 static void a_cam_engages_to_seventy_degrees(void) {
   drive.generator.type = LM_COSINE;
-  drive.generator.contact_half_angle_rad = LM_REAL(0.1); /* of no use to a cam */
+  drive.generator.contact_half_angle_rad = LM_REAL(0.1); /* unused by a cam */
   complete();
   ASSERT_DIGITS(70 * 3.14159265358979 / 180, drive.support.engagement_limit_rad);
   assert_accepted();
@@ -132,7 +133,7 @@ static void a_cam_engages_to_seventy_degrees(void) {
               drive.radial_laws[0].coefficient_mm_per_Nn);
 }
 
-/* E I of rim and race grows with the fourth power of the size; no foundation is made up. */
+/* E I of rim and race grows with the fourth power of the size; no foundation is assumed. */
 static void a_larger_ring_is_stiffer(void) {
   lm_real once;
   drive.flexspline.rim_thickness_mm = 0;
@@ -177,7 +178,7 @@ static void a_cup_is_in_proportion_to_its_face(void) {
   }
 }
 
-/* Whatever the designer has said stays. */
+/* Stated values are kept. */
 static void given_values_are_kept(void) {
   lm_drive given;
   complete();
@@ -200,7 +201,7 @@ static void given_values_are_kept(void) {
   assert_accepted();
 }
 
-/* Every wave generator, every size and ratio in range: what is completed is accepted and has a
+/* Every wave generator, every size and ratio in range: the completed drive is accepted and has a
  * mesh. */
 static void a_completed_drive_is_accepted_and_has_a_mesh(void) {
   static lm_mesh mesh;
@@ -315,8 +316,8 @@ static void replace(const number *n, lm_real value) {
   memcpy((char *)&drive + n->offset, &value, sizeof value);
 }
 
-/* NaN, infinities and what lies beyond either end; where the number must be given,
- * lm_complete_drive refuses it too, and writes nothing. */
+/* NaN, infinities and numbers beyond either end; if the number is required, lm_complete_drive
+ * refuses it too, and writes nothing. */
 static void a_number_out_of_range_is_refused_by_its_key(void) {
   int k;
   int i;
@@ -349,8 +350,8 @@ static void a_number_out_of_range_is_refused_by_its_key(void) {
   }
 }
 
-/* Is this value of the number accepted? What is refused with it, if anything, is another key that
- * contradicts it. */
+/* Whether this value of the number is accepted. If the drive is refused, then because of another
+ * key that contradicts it. */
 static int in_range(const number *n, lm_real value) {
   replace(n, value);
   return lm_check_drive(&drive, &fault) == LM_OK || strcmp(fault.input, n->key) != 0;
@@ -478,7 +479,7 @@ static void a_wave_that_no_rim_can_have_is_refused(void) {
                lm_check_drive(&drive, &fault));
 }
 
-/* The open end of a short cup has half as much again; the planar model has not. */
+/* The open end of a short cup has half as much again; the planar model does not. */
 static void the_widest_section_of_a_cup_must_have_a_mesh(void) {
   static lm_mesh mesh;
   drive.teeth.flexspline_teeth = 30;
@@ -518,7 +519,7 @@ static void members_of_the_chains_are_checked(void) {
   TEST_ASSERT_EQUAL_INT(0, strncmp("tolerance", fault.input, 9));
 }
 
-/* Moduli and lengths that are given wrong before the chains are made from them. */
+/* Invalid moduli and lengths, before the chains are made from them. */
 static void a_chain_cannot_be_made_from_nonsense(void) {
   lm_drive before;
   int i;
@@ -548,7 +549,7 @@ static void null_is_refused(void) {
   TEST_ASSERT_EQUAL(LM_NULL, lm_complete_drive(0, &fault));
   TEST_ASSERT_EQUAL_STRING("drive", fault.input);
   TEST_ASSERT_EQUAL(LM_NULL, lm_complete_drive(0, 0));
-  drive.teeth.rigid_teeth = 1; /* and a fault that nobody requested is not written */
+  drive.teeth.rigid_teeth = 1; /* and a fault that was not requested is not written */
   TEST_ASSERT_EQUAL(LM_INCONSISTENT, lm_complete_drive(&drive, 0));
   drive.teeth.rigid_teeth = 202;
   drive.teeth.module_mm = 0;

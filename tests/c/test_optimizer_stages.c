@@ -19,7 +19,7 @@ typedef struct world {
   int computed;      /* 0: the model refuses every point */
   int flat;          /* 1: no objective differs */
   int single;        /* 1: every task finds the same design */
-  int from_members;  /* members a task reports, whatever its kind; 0: as the search does */
+  int from_members;  /* members that a task of any kind reports; 0: as in the search */
   int nothing_holds; /* 1: no design is confirmed or verified */
 } world;
 

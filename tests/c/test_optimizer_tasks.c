@@ -328,8 +328,8 @@ static void test_tolerances_are_looked_at_by_themselves_where_they_are_weighed(v
   TEST_ASSERT_EQUAL_INT(0, answer->tolerance_only);
 }
 
-/* Members whose variables before the grades are those of a parent, but for the shift that closes
- * the gap, and whose grades are not. */
+/* Members whose variables before the grades are those of a parent, except the shift that closes the
+ * gap, and whose grades are different. */
 static int count_grafted(int teeth) {
   int grafted = 0;
   int i;

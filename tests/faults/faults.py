@@ -54,7 +54,7 @@ class Command:
     new_folder : str
         Folder that the command begins; nothing is there before.
     again : list of str
-        What continues after a kill, to the same files; empty: the command once more.
+        Command that continues after a kill, to the same files; empty: the same command again.
     """
 
     words: list[str]

@@ -366,7 +366,8 @@ def measure_flash(
     Parameters
     ----------
     whole : bool
-        With soft float and whatever else the linker takes from the compiler's and the C library.
+        With soft float and all other functions that the linker includes from the compiler's and the
+        C library.
     """
     alone = ["-nostdlib", "-Wl,--gc-sections"]
     behind = ["-lc", "-lgcc"] if whole else ["-Wl,--unresolved-symbols=ignore-all"]

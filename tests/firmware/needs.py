@@ -39,7 +39,7 @@ def need(target: Target) -> Target:
 
 
 def tool(name: str, package: str) -> str:
-    """Path of a Python program, installed from the index where it is not at hand."""
+    """Path of a Python program, installed from the index if it is missing."""
     venv = TOOLS / package
     path = os.pathsep.join(
         [str(Path(sys.executable).parent), str(venv / "bin"), os.environ["PATH"]]

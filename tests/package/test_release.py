@@ -174,7 +174,7 @@ def is_editable(source: Path) -> bool:
 
 
 def copy(source: Path, place: Path) -> None:
-    """Copy a package without what Python made of it."""
+    """Copy a package without Python's compiled files."""
     import shutil
 
     shutil.copytree(source, place, ignore=shutil.ignore_patterns("__pycache__"))

@@ -1,5 +1,5 @@
-/* For ESBMC (prove.sh): whatever the knots hold and whatever is looked up, NaN included, the search
- * ends on a segment; with rising knots it is the right one. */
+/* For ESBMC (prove.sh): for any knots and any argument, NaN included, the search ends on a segment;
+ * with rising knots it is the right one. */
 #include "lostmotion/curve.h"
 #include "runtime/curve_kernel.h"
 

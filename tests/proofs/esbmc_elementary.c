@@ -1,4 +1,4 @@
-/* For ESBMC (prove.sh): whatever the bits, NaN and infinity included, the whole numbers that sine,
+/* For ESBMC (prove.sh): for any bits, NaN and infinity included, the integers that sine,
  * exponential and logarithm count with stay in range, so no conversion is undefined and no power of
  * two leaves the format. */
 #include "runtime/elementary.c"

@@ -1,4 +1,4 @@
-/* For Frama-C Eva (prove.sh): no alarm means no undefined behaviour, whatever the input: no index
+/* For Frama-C Eva (prove.sh): no alarm means no undefined behaviour for any input: no index
  * out of bounds, no overflow, no conversion of a number that does not fit, no use of what was not
  * written. Three entry points:
  *

@@ -59,7 +59,7 @@ lm_status lm_find_smallest_gap(const lm_mesh meshes[], int sections, int steps_p
 #define LM_CERTAIN_PHASES 8
 
 /* The same from clearances that lm_sweep_clearances has left: swept[section] holds `count` of them
- * for meshes[section], `phases` as there; only the refinement is computed anew. Same errors. */
+ * for meshes[section], `phases` as there; only the refinement is computed again. Same errors. */
 lm_status lm_refine_smallest_gap(const lm_mesh meshes[], int sections,
                                  const lm_clearance *const swept[], int count, int phases,
                                  lm_smallest_gap *smallest, lm_fault *fault);

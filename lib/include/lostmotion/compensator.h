@@ -35,7 +35,7 @@
  * reported output angle, measured minus correction run           lm_step_compensator in every tick
  *   brake, stop   continue to step with the torque that the gear carries, so that the load memory
  *                 stays valid. Then as `close`
- *   home          in LM_MODE_RUN: state the reported angle anew, and shift the command with it. The
+ *   home          in LM_MODE_RUN: set the reported angle again, and shift the command with it. The
  *                 zero may be wrong by lm_bound_uncertainty and by correction_rad +
  *                 lost_motion_rad. If that is too much, drive a load cycle and home again
  *   power-down    brake; after the same standstill lm_save_compensator. Power failure: do not save
@@ -199,7 +199,7 @@ lm_correction lm_step_compensator(lm_compensator *compensator, const lm_conditio
 typedef struct lm_standstill {
   lm_real lowest_rad; /* range of the correction since it stands */
   lm_real highest_rad;
-  uint32_t ticks; /* since then, this one included; 0: begin anew */
+  uint32_t ticks; /* since then, this one included; 0: begin again */
 } lm_standstill;
 
 /* Seconds for which the correction has stayed within a range of 8 noise_rad. Call it after every

@@ -164,7 +164,7 @@ class WholeTeeth:
     def values(
         self, effect: Effect, of: Starts, start: int, coefficients: FloatArray
     ) -> FloatArray:
-        """See `Form`: the number of teeth is whole, whatever the coefficient."""
+        """See `Form`: the number of teeth is an integer for every coefficient."""
         return of.starts[start].copy()
 
     def right_way(self, effect: Effect, coefficients: FloatArray) -> bool:

@@ -451,7 +451,7 @@ class KinkSearch:
         return self.rest(sign[:, None] * np.maximum(size[:, None] - starts, 0.0)) / self.reach_Nm
 
     def error(self, kinks_Nm: FloatArray) -> float:
-        """Sum of squares with kinks at these torques, whatever the slopes."""
+        """Sum of squares with kinks at these torques, for the best slopes."""
         columns = self.hinges(kinks_Nm)
         left = self.target - columns @ np.linalg.lstsq(columns, self.target, rcond=1e-10)[0]
         return float(left @ left)
