@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import copy
 import hashlib
 import io
 import itertools
@@ -51,7 +52,7 @@ from damage import (
     odd_path,
     odd_value,
 )
-from sound_files import DRIVES, made, sound_file, spec
+from sound_files import DRIVES, SHEET, made, sound_file, spec
 
 from lostmotion import cli
 from lostmotion.errors import InputError
@@ -62,10 +63,16 @@ PATIENCE_S = 60.0
 
 UNCHANGED = "an output that was there before\n"
 
-SKIPPED = {"demo": "reads no file", "completion": "reads no file"}
+SKIPPED = dict.fromkeys(("demo", "completion", "new"), "reads no file")
 """Commands that are left out, and why."""
 
-OUTPUTS = {"export": "params.h", "fit": "fitted.toml", "design": "run"}
+OUTPUTS = {
+    "export": "params.h",
+    "fit": "fitted.toml",
+    "design": "run",
+    "calibrate": "calibrated.toml",
+    "drawing": "drawing",
+}
 """Arguments for ``-o`` that a command needs in order to write."""
 
 FILES = {
@@ -73,6 +80,7 @@ FILES = {
     "PLAN": "DATA",
     "OPTIONS": "DATA",
     "SPEC.toml": "SPEC",
+    "SHEET_OR_FITTED": "SHEET",
 }
 """Kinds of files by the names of arguments, where these differ."""
 
@@ -85,6 +93,7 @@ GIVEN = {
 
 NAMES = {
     "DRIVE": "drive.toml",
+    "SHEET": "sheet.toml",
     "DATA": "data.csv",
     "SPEC": "spec.toml",
     "EVIDENCE": "one.npz",
@@ -109,7 +118,12 @@ SHARES = {
 }
 """Weight of a command; all others have 1, because they may take a thousand times as long."""
 
-DATA = Path(__file__).parents[1] / "data"
+TABLES: dict[str, Callable[[str], dict[str, Any]]] = {
+    "DRIVE": lambda kind: DRIVES[kind](),
+    "SHEET": lambda _: copy.deepcopy(SHEET),
+    "SPEC": lambda _: spec(),
+}
+"""Contents of the files that are written as TOML."""
 
 
 # --- cases ---------------------------------------------------------------------------------------
@@ -225,7 +239,7 @@ def testable() -> list[str]:
 
 def drive_kinds(command: str) -> tuple[str, ...]:
     """Kinds of drives that a command takes."""
-    if command == "clearances":
+    if command in ("clearances", "calibrate", "drawing"):
         return ("drawn",)
     if command == "merge":
         return ("bought", "drawn")
@@ -250,7 +264,7 @@ def damaged(kitchen: Kitchen, file: str, kind: str) -> tuple[Path, bool]:
     elif file == "OWN":
         raw, harmless = damage_text(kitchen, sound.decode())
     else:
-        return make_toml(kitchen, name, DRIVES[kind]() if file == "DRIVE" else spec())
+        return make_toml(kitchen, name, TABLES[file](kind))
     return kitchen.file(name, raw), harmless
 
 

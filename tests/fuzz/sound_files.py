@@ -35,6 +35,20 @@ BOUGHT: dict[str, Any] = {
     },
 }
 
+# Data sheet of a drive as soft as the drawn one with all members of its chains.
+SHEET: dict[str, Any] = {
+    "drive": {"name": "joint 3", "ratio": 100, "rated_torque_Nm": 40},
+    "catalogue": {
+        "T1_Nm": 7,
+        "T2_Nm": 25,
+        "K1_Nm_per_rad": 8e3,
+        "K2_Nm_per_rad": 12e3,
+        "K3_Nm_per_rad": 14e3,
+        "hysteresis_arcmin": 1,
+        "lost_motion_arcmin": 1,
+    },
+}
+
 # A designed drive, size 20: every required key, and a few more.
 DRAWN: dict[str, Any] = {
     "drive": {"name": "joint 3", "ratio": 100, "rated_torque_Nm": 40},
@@ -165,6 +179,8 @@ def sound_file(file: str, kind: str, place: int = 0) -> bytes:
     if file == "DRIVE":
         blob = kind == "blob"
         return made("blob")["params.bin"] if blob else sound_drive(kind).encode()
+    if file == "SHEET":
+        return format_toml(SHEET).encode()
     return (format_toml(spec()) if file == "SPEC" else csv_text(recording())).encode()
 
 
