@@ -174,8 +174,13 @@ def test_few_readings_carry_no_effect(tmp_path: Path, capsys: pytest.CaptureFixt
     assert main([*words, "-o", str(tmp_path / "fitted.toml")]) == 2
     assert "33 samples" in capsys.readouterr().err
     words = ["diagnose", str(SHEET), file, "--locked", "input"]
-    assert main([*words, "--save-evidence", str(tmp_path / "evidence.npz")]) == 2
-    assert "--save-evidence" in capsys.readouterr().err
+    report = tmp_path / "report.html"
+    saved = ["--save-evidence", str(tmp_path / "evidence.npz"), "--report", str(report)]
+    assert main([*words, *saved]) == 2
+    assert "--save-evidence: found 33 readings" in capsys.readouterr().err
+    assert not report.exists()
+    assert main(["next", *words[1:], "--plan", file]) == 2
+    assert "found 33 readings, too few to test an effect" in capsys.readouterr().err
 
 
 def test_a_turn_reads_on_the_branch_that_led_to_it() -> None:

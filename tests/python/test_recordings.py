@@ -337,6 +337,18 @@ def test_parquet_may_hold_nulls_and_text(tmp_path: Path) -> None:
         read_campaign(tmp_path / "a.parquet")
 
 
+@pytest.mark.parametrize("label", ["run", "time_s", "torque_Nm"])
+def test_a_column_of_lists_in_parquet_is_refused(tmp_path: Path, label: str) -> None:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    columns = {name: [0.0, 1.0] for name in ("run", *HEAD.split(","))}
+    columns[label] = pa.array([[0.0], [1.0, 2.0]])
+    pq.write_table(pa.table(columns), tmp_path / "a.parquet")
+    with pytest.raises(InputError, match=f"{label}: found values of type list"):
+        read_campaign(tmp_path / "a.parquet")
+
+
 def test_a_folder_is_one_campaign_in_name_order(tmp_path: Path) -> None:
     for name in ("b.csv", "a.csv"):
         (tmp_path / name).write_text(

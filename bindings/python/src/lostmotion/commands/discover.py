@@ -63,6 +63,8 @@ from lostmotion.units import plain_number
 def run_diagnose(arguments: argparse.Namespace) -> None:
     """``lostmotion diagnose``."""
     drive, result, findings = diagnosis_of(arguments)
+    if arguments.save_evidence is not None:
+        result.need_selection("--save-evidence")
     if arguments.report is not None:
         with one_thread():
             section = diagnosis_section(drive, result, recording_files(arguments.data))
@@ -71,9 +73,6 @@ def run_diagnose(arguments: argparse.Namespace) -> None:
             arguments.report, "Diagnosis of lost motion", lead, [section], arguments.command_line
         )
     if arguments.save_evidence is not None:
-        if result.selection is None:
-            found, expected = f"{result.details['samples']} readings", "a log with runs"
-            raise InputError(arguments.data[0], "--save-evidence", found, expected)
         with one_thread():
             body = gather_body(result, effects_of(arguments), drive.ratio)
         body.save(arguments.save_evidence)

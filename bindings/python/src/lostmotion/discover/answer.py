@@ -34,6 +34,7 @@ from lostmotion.discover.whitened_result import WhitenedResult
 from lostmotion.effects.effect import Effect
 from lostmotion.errors import InputError
 from lostmotion.fit.baseline import BaselineModel
+from lostmotion.fit.drive_file import SAMPLES_LEAST
 from lostmotion.fit.terms import Additive
 from lostmotion.results import figures
 from lostmotion.units import ARCSEC
@@ -62,6 +63,23 @@ class Diagnosis(WhitenedResult):
 
     The steps of the ladder.
     """
+
+    def need_selection(self, option: str = "") -> Selection:
+        """Return the test of the effects, which an option may need.
+
+        Raises
+        ------
+        InputError
+            If there were too few readings for one.
+        """
+        if self.selection is None:
+            raise InputError(
+                "recordings",
+                option,
+                f"{self.details['samples']} readings, too few to test an effect",
+                f"a log of {SAMPLES_LEAST} samples or more",
+            )
+        return self.selection
 
     def __repr__(self) -> str:
         """Summarise the result without the underlying data."""

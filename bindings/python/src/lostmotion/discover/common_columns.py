@@ -76,9 +76,9 @@ def gather_body(diagnosis: Diagnosis, effects: Mapping[str, Effect], ratio: floa
     ratio : float
         Of the drive.
     """
-    assert diagnosis.selection is not None
-    first, final = (diagnosis.selection.settled[i].base for i in (0, -1))
-    noise = diagnosis.selection.settled[-1].noise
+    settled_models = diagnosis.need_selection().settled
+    first, final = (settled_models[i].base for i in (0, -1))
+    noise = settled_models[-1].noise
     start = common_base(final, len(first.additives))
     start.first_fit()
     start = with_form_error(start, noise, common_candidates(start, effects, ratio)[0])

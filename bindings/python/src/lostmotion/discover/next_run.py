@@ -29,8 +29,7 @@ def next_runs(
     diagnosis: Diagnosis, options: Campaign, effects: Mapping[str, Effect], ratio: float
 ) -> dict[str, Any]:
     """Rank planned runs by how well each decides between the effects that are still open."""
-    selection = diagnosis.selection
-    assert selection is not None
+    selection = diagnosis.need_selection()
     assert diagnosis.base is not None
     open_effects = [n for n in diagnosis.effects if n in effects]
     if len(open_effects) < 2:

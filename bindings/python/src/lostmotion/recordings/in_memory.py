@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from lostmotion.errors import InputError
-from lostmotion.recordings.tables import Header, Rows, first_cells
+from lostmotion.recordings.tables import Header, Rows, first_cells, single_values
 
 TABLE_EXPECTED = (
     "columns: a data frame of pandas or polars, an Arrow table, a dictionary of arrays, or a "
@@ -88,7 +88,7 @@ def arrow_of(name: str, label: str, values: Any) -> Any:
     import pyarrow as pa
 
     if isinstance(values, (pa.Array, pa.ChunkedArray)):
-        return simple(name, label, values)
+        return single_values(name, label, values)
     if isinstance(values, (str, bytes)) or not hasattr(values, "__len__"):
         kind = type(values).__name__
         raise InputError(name, label, f"a {kind}", "a value for every row")
@@ -97,9 +97,9 @@ def arrow_of(name: str, label: str, values: Any) -> Any:
     if isinstance(values, np.ndarray) and values.dtype.kind == "c":
         raise InputError(name, label, "complex numbers", "real numbers")
     try:
-        return simple(name, label, pa.array(values, from_pandas=True))
+        return single_values(name, label, pa.array(values, from_pandas=True))
     except (pa.ArrowException, TypeError, ValueError, OverflowError, AttributeError):
-        return simple(name, label, of_objects(name, label, values))
+        return single_values(name, label, of_objects(name, label, values))
 
 
 def of_objects(name: str, label: str, values: Any) -> Any:
@@ -131,20 +131,6 @@ def missing(cell: Any) -> bool:
     if cell is None or type(cell).__name__ in ("NAType", "NaTType"):
         return True
     return isinstance(cell, (float, np.floating)) and bool(np.isnan(cell))
-
-
-def simple(name: str, label: str, column: Any) -> Any:
-    """Return a column of single values; refuse others."""
-    import pyarrow as pa
-
-    kind = column.type
-    if pa.types.is_nested(kind):
-        raise InputError(name, label, f"values of type {kind}", "one value for every row")
-    if pa.types.is_dictionary(kind):
-        return column.cast(kind.value_type)
-    if pa.types.is_decimal(kind):
-        return column.cast(pa.string())  # Arrow rounds twice on conversion to float64
-    return column
 
 
 def rows_in(name: str, labels: Sequence[str], columns: Sequence[Any]) -> int:

@@ -8,7 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from lostmotion.errors import InputError, one_line
-from lostmotion.recordings.tables import CELLS_SHOWN, Header, Rows, first_cells
+from lostmotion.recordings.tables import (
+    CELLS_SHOWN,
+    Header,
+    Rows,
+    first_cells,
+    single_values,
+)
 
 VALUE_BYTES = 8
 """Bytes of a number in memory."""
@@ -97,7 +103,12 @@ class ParquetTable:
             else:
                 whole = self.opened.read()
                 found = {i: whole.column(i) for i in columns}
-        return Rows(found, self.opened.metadata.num_rows)
+        return Rows(self.single(found), self.opened.metadata.num_rows)
+
+    def single(self, columns: dict[int, Any]) -> dict[int, Any]:
+        """Return columns with one value per row; refuse others."""
+        named = {i: self.header.names[i] for i in columns}
+        return {i: single_values(str(self.file), named[i], c) for i, c in columns.items()}
 
     def batches(self, group: int | None, columns: Collection[int], size: int) -> Iterator[Rows]:
         """Read a row group in batches; damage inside is detected only here."""
@@ -111,4 +122,4 @@ class ParquetTable:
                     i: batch.column(batch.schema.get_field_index(self.header.names[i]))
                     for i in columns
                 }
-                yield Rows(found, batch.num_rows)
+                yield Rows(self.single(found), batch.num_rows)

@@ -10,6 +10,7 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
+from lostmotion.errors import InputError
 from lostmotion.recordings.findings import Finding
 
 CELLS_SHOWN = 8
@@ -78,6 +79,26 @@ class Table(Protocol):
     def read(self, columns: Collection[int], as_text: bool = False) -> Rows:
         """Read columns, as text if requested and possible."""
         ...
+
+
+def single_values(name: str, label: str, column: Any) -> Any:
+    """Return a column with one value per row, in a plain type.
+
+    Raises
+    ------
+    InputError
+        If its values are lists or the like.
+    """
+    import pyarrow as pa
+
+    kind = column.type
+    if pa.types.is_nested(kind):
+        raise InputError(name, label, f"values of type {kind}", "one value for every row")
+    if pa.types.is_dictionary(kind):
+        return column.cast(kind.value_type)
+    if pa.types.is_decimal(kind):
+        return column.cast(pa.string())  # Arrow rounds twice on conversion to float64
+    return column
 
 
 def first_cells(column: Any) -> list[str]:

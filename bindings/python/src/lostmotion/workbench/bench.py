@@ -208,15 +208,15 @@ class Bench:
         """Compare two effects."""
         if a == b:
             raise InputError("effects", b, "the same effect twice", "two different effects")
-        if self.diagnosis is None or self.diagnosis.selection is None:
+        if self.diagnosis is None:
             self.find_missing(tick)
         assert self.diagnosis is not None
-        assert self.diagnosis.selection is not None
+        selection = self.diagnosis.need_selection()
         models = {}
         for name in (a, b):
             others = [one for one in self.chosen if one not in (a, b)]
             models[name] = self.model_with([*others, name], tick)
-        first = self.diagnosis.selection.steps[0]
+        first = selection.steps[0]
         judged = {result.name: result for result in first.results}
         both = all(name in judged for name in (a, b))
         gains = {name: judged[name].gain_by_run for name in (a, b)} if both else {}
