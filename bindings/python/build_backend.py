@@ -1,10 +1,10 @@
-"""Build backend: scikit-build-core, with sdists that carry the C library.
+"""Build backend: scikit-build-core, with sdists that contain the C library.
 
-In a checkout the package builds the library two folders up. An sdist has no such place, so the
-parts of the checkout that a build reads go into it under ``checkout/``, and the one path in
-pyproject.toml that points out of this folder is turned to them. Sdist and wheel hold a list of what
-they are made of (CycloneDX), and the same sources give the same bytes. Everything else is left to
-scikit-build-core.
+In a checkout the package builds the library two folders up. An sdist has no such folder, so it
+contains the parts of the checkout that a build reads under ``checkout/``, and the one path in
+pyproject.toml out of this folder is changed to them. Sdist and wheel contain a list of their
+components (CycloneDX), and the same sources give the same bytes. scikit-build-core does everything
+else.
 """
 
 from __future__ import annotations
@@ -53,10 +53,10 @@ PACKAGE = (
     "pyproject.toml",
     "src",
 )
-"""What of this folder goes into an sdist."""
+"""Contents of this folder that an sdist contains."""
 
 CHECKOUT = ("CMakeLists.txt", "LICENSE", "lib", "optimizer", "tests/data", "firmware_examples")
-"""What of the checkout goes along."""
+"""Contents of the checkout that an sdist contains."""
 
 LEFT_OUT = shutil.ignore_patterns(
     "__pycache__", "*.pyc", "*.so", "*.pyd", "demo_inputs", "generated", "_build", ".*"
@@ -64,15 +64,15 @@ LEFT_OUT = shutil.ignore_patterns(
 
 
 EPOCH = "315532800"
-"""Time of every file in an archive, unless SOURCE_DATE_EPOCH says another: 1980-01-01, where ZIP
-begins. When something was packed is not part of what it is."""
+"""Time of every file in an archive, unless SOURCE_DATE_EPOCH states another: 1980-01-01, the first
+date of ZIP. The time of packing does not belong to the contents."""
 
 SBOM = "lostmotion.cdx.json"
-"""What an archive is made of."""
+"""The list of an archive's components."""
 
 SYSTEM_TAG = "0systemnlopt"
 """Build tag of a wheel whose design search loads the NLopt of the machine that built it: such a
-wheel runs there, and is not one to give away."""
+wheel runs only there, and must not be released."""
 
 SYSTEM_NLOPT = re.compile(rb"libnlopt[.\w]*\.(?:so|dylib)|nlopt\.dll")
 """How a library states that it loads NLopt from the system."""
@@ -83,13 +83,13 @@ def build_wheel(
     config_settings: dict[str, Any] | None = None,
     metadata_directory: str | None = None,
 ) -> str:
-    """Build a wheel, and put the list of what it is made of into it (PEP 770)."""
+    """Build a wheel, and add the list of its components (PEP 770)."""
     os.environ.setdefault("SOURCE_DATE_EPOCH", EPOCH)
     name: str = backend.build_wheel(wheel_directory, config_settings, metadata_directory)
     wheel = Path(wheel_directory) / name
     with zipfile.ZipFile(wheel) as archive:
         entries = [(info, archive.read(info)) for info in archive.infolist()]
-    # Beside the extension lies its stub, _search.pyi.
+    # The stub _search.pyi is beside the extension.
     search = [
         data
         for info, data in entries
@@ -109,7 +109,7 @@ def build_wheel(
         changed[f"{about}WHEEL"] = written.rstrip(b"\n") + f"\nBuild: {SYSTEM_TAG}\n".encode()
         print(
             f"lostmotion: the design search loads this machine's NLopt, so {name} is for this "
-            "machine. One to give away carries NLopt without its part under the LGPL: "
+            "machine only. To build a wheel for release, with NLopt without its LGPL part: "
             "-C cmake.define.LM_BUNDLE_NLOPT=ON",
             file=sys.stderr,
         )
@@ -129,7 +129,7 @@ def build_wheel(
 
 
 def with_hashes(record: bytes, changed: dict[str, bytes]) -> bytes:
-    """RECORD with the lines of files that are new or other than it says."""
+    """RECORD with the lines of files that are new or changed."""
     lines = record.decode().splitlines()
     kept = [line for line in lines if line.split(",")[0] not in changed]
     for place, data in changed.items():
@@ -154,20 +154,20 @@ def nlopt_version(config_settings: dict[str, Any]) -> str:
 
 
 def sources() -> Path:
-    """Find the folder with the library: in an sdist that was unpacked, or the checkout."""
+    """Find the folder with the library, in an unpacked sdist or in the checkout."""
     inside = Path.cwd() / "checkout"
     return inside if inside.is_dir() else Path.cwd().parents[1]
 
 
 def sbom(nlopt: str | None, loads_nlopt: bool = False) -> bytes:
-    """List what an archive is made of and needs, as CycloneDX 1.5.
+    """List the components and requirements of an archive as CycloneDX 1.5.
 
     Parameters
     ----------
     nlopt : str, optional
         Version of the NLopt that is part of it.
     loads_nlopt : bool
-        It loads the NLopt of the machine that built it, which is no part of it.
+        Whether it loads the NLopt of the machine that built it, which it does not contain.
     """
     project = Path("pyproject.toml").read_text(encoding="utf-8")
     listed = re.search(r"^dependencies = \[(.*?)^\]", project, re.DOTALL | re.MULTILINE)
@@ -236,7 +236,7 @@ def sbom(nlopt: str | None, loads_nlopt: bool = False) -> bytes:
 
 
 def build_sdist(sdist_directory: str, config_settings: dict[str, Any] | None = None) -> str:
-    """Make an sdist from a copy of this folder that holds the library too."""
+    """Make an sdist from a copy of this folder with the library."""
     os.environ.setdefault("SOURCE_DATE_EPOCH", EPOCH)
     here = Path.cwd()
     checkout = sources()
@@ -260,7 +260,7 @@ def build_sdist(sdist_directory: str, config_settings: dict[str, Any] | None = N
 
 
 def copy(source: Path, target: Path) -> None:
-    """Copy a file or a folder; what is not there is left out."""
+    """Copy a file or a folder; missing ones are left out."""
     target.parent.mkdir(parents=True, exist_ok=True)
     if source.is_dir():
         shutil.copytree(source, target, ignore=LEFT_OUT)

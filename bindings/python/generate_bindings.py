@@ -1,9 +1,9 @@
 """Write the cffi module for one precision from the public headers of the C library.
 
-The declarations that cffi needs are what the C preprocessor leaves of the headers, so the headers
-are the only place where the interface stands. Two things are done to them on the way: the C
-library's own headers are replaced by empty ones (cffi knows their types), and they are read as by
-a compiler without assembler labels, which cffi does not parse.
+The C preprocessor makes the declarations that cffi needs from the headers, so only the headers
+define the interface. Two things are changed: the C library's own headers are replaced by empty ones
+(cffi knows their types), and the headers are read as by a compiler without assembler labels, which
+cffi does not parse.
 """
 
 from __future__ import annotations
@@ -28,18 +28,18 @@ HIDDEN_HEADERS = (
     "float.h",
     "stdio.h",
 )
-"""Headers whose types cffi knows by itself."""
+"""Headers with types that cffi knows."""
 
 PROFILE = "LM_PROFILE=LM_PROFILE_FULL"
-"""Largest sizes of the runtime's structs: Python reads what any controller may carry."""
+"""Largest sizes of the runtime's structs: Python reads the parameters of any controller."""
 
 
 HOOK = 'extern "Python" void lm_hook(void *);'
-"""What the search calls from time to time; Python defines it."""
+"""Function that the search calls from time to time; Python defines it."""
 
 
 def preprocess(compiler: str, include: Sequence[Path], bits: int, source: str) -> str:
-    """Run the C preprocessor over `source` with the headers of `include` in reach."""
+    """Run the C preprocessor on `source` with the headers in `include`."""
     with tempfile.TemporaryDirectory() as folder:
         for header in HIDDEN_HEADERS:
             (Path(folder) / header).touch()
@@ -68,7 +68,7 @@ def preprocess(compiler: str, include: Sequence[Path], bits: int, source: str) -
 
 
 def constant(expression: str) -> int | float | None:
-    """Value of a C expression of number literals, or None when it is anything else."""
+    """Value of a C expression of number literals, or None for any other expression."""
     text = re.sub(r"\b(0[xX][0-9a-fA-F]+|\d+)[uUlL]+\b", r"\1", expression)
     text = re.sub(
         r"\((?:u?int(?:8|16|32|64)_t|unsigned|int|size_t|lm_real|float|double)\)", "", text
@@ -109,7 +109,7 @@ def constants(
 
 
 def declarations(compiler: str, include: Sequence[Path], bits: int, includes: str) -> str:
-    """Return what the headers declare, with every macro expanded."""
+    """Return the declarations of the headers, with every macro expanded."""
     text = preprocess(compiler, include, bits, includes)
     return re.sub(r"_Static_assert\s*\(.*?\)\s*;", "", text, flags=re.S)
 

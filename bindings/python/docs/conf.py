@@ -51,7 +51,7 @@ def open_math(self: Any, node: nodes.math) -> None:
 
 
 def open_math_block(self: Any, node: nodes.math_block) -> None:
-    """Write a formula of its own."""
+    """Write a displayed formula."""
     self.body.append(latex2mathml.converter.convert(node.astext(), display="block"))
     raise nodes.SkipNode
 

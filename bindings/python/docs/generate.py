@@ -32,13 +32,13 @@ GROUPS = {
         *("torque", "elementary", "profile"),
     ),
 }
-"""Headers in the order in which one reads them."""
+"""Headers in the order of reading."""
 
 COMMENT = re.compile(r"/\*(.*?)\*/", re.DOTALL)
 
 
 def write_pages(checkout: Path, folder: Path) -> None:
-    """Write all generated pages; pages that are as they were keep their time stamps."""
+    """Write all generated pages; unchanged pages keep their time stamps."""
     folder.mkdir(parents=True, exist_ok=True)
     pages = {
         "commands.md": commands_page(),
@@ -138,7 +138,7 @@ def title(code: str) -> str:
 
 
 def plain(comment: str) -> str:
-    """Take the stars off a comment."""
+    """Remove the stars of a comment."""
     lines = [
         re.sub(r"^\s*\*? ?", "", line) if i else line for i, line in enumerate(comment.split("\n"))
     ]
@@ -146,7 +146,7 @@ def plain(comment: str) -> str:
 
 
 def prose(comment: str) -> str:
-    """Turn a comment into Markdown: indented lines, which are formulas and tables, stay as set."""
+    """Turn a comment into Markdown: indented lines, which are formulas and tables, are kept."""
     out: list[str] = []
     for paragraph in re.split(r"\n\s*\n", plain(comment)):
         block: list[str] = []
@@ -171,7 +171,7 @@ def show(lines: list[str], code: bool) -> str:
 
 
 def escape(text: str) -> str:
-    """Escape what Markdown would take for its own."""
+    """Escape characters that Markdown would interpret."""
     return re.sub(r"([\\`*_{}\[\]<>#|$~])", r"\\\1", text)
 
 

@@ -28,7 +28,7 @@ from lostmotion.discover import Value, formula
         Value("closing_Nm", role="shape", typical=1.0, low=1e-3, high=1e4),
     ],
     kind="angle",  # rad, added to the lost motion; "torque": N m; "width": factor on the friction
-    mechanism="says in one sentence what happens in the drive",
+    mechanism="states in one sentence what happens in the drive",
 )
 '''
 
@@ -95,7 +95,7 @@ static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *a
 #if LM_EFFECT_CARDS
 static const lm_effect_card card = {{
     "{name}",
-    "says in one sentence what happens in the drive",
+    "states in one sentence what happens in the drive",
     "size (temperature - 20 C) sat(torque/closing)",
     "a few arc seconds",
     "thermal_gap",
