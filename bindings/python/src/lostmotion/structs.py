@@ -310,8 +310,8 @@ def _with_generated_flexspline(design: Design) -> Design:
         raise InputError(
             design.file,
             "design.flank.rigid_points",
-            f"a circular spline that leaves a half thickness of {low:.6g} mm at y = {height:.6g} mm",
-            "one that leaves the flexspline a tooth up to its tip (teeth.tooth_height)",
+            f"a tooth with a half thickness of {low:.6g} mm at y = {height:.6g} mm",
+            "a circular spline that leaves a tooth up to the tip (teeth.tooth_height)",
         )
     return replace(design, values=as_kind("points"), points=points)
 
