@@ -56,13 +56,24 @@
       save(`${button.dataset.csv}.csv`, 'text/csv', ['trace,x,y', ...rows].join('\n'));
     }),
   );
+  // The figures of a chart become one picture, each where it is on the page.
+  const picture = async (name) => {
+    const all = of(name);
+    const home = all[0].parentElement.getBoundingClientRect();
+    const parts = [];
+    for (const place of all) {
+      await draw(place);
+      const size = {width: place.clientWidth, height: place.clientHeight};
+      const url = await Plotly.toImage(place, {format: 'svg', ...size});
+      const box = place.getBoundingClientRect();
+      const at = `<svg x="${box.left - home.left}" y="${box.top - home.top}" `;
+      parts.push(decodeURIComponent(url.split(/,(.*)/s)[1]).replace('<svg ', at));
+    }
+    const size = `width="${home.width}" height="${home.height}"`;
+    return `<svg xmlns="http://www.w3.org/2000/svg" ${size}>${parts.join('')}</svg>`;
+  };
   document.querySelectorAll('[data-svg]').forEach((button) =>
-    button.addEventListener('click', async () => {
-      for (const place of of(button.dataset.svg)) {
-        await draw(place);
-        const url = await Plotly.toImage(place, {format: 'svg'});
-        save(`${place.id}.svg`, 'image/svg+xml', decodeURIComponent(url.split(/,(.*)/s)[1]));
-      }
-    }),
+    button.addEventListener('click', async () =>
+      save(`${button.dataset.svg}.svg`, 'image/svg+xml', await picture(button.dataset.svg))),
   );
 })();

@@ -181,6 +181,7 @@ def draw_stages(data: Stages) -> Any:
         x=data.rated_torque_Nm, line={"dash": "dot", "color": SOFT}, annotation_text="T<sub>N</sub>"
     )
     figure.update_xaxes(range=[0, 1.01 * reach])
+    figure.update_layout(showlegend=bool(figure.data))
     return figure
 
 

@@ -90,6 +90,7 @@ def draw_tolerances(data: Tolerances) -> Any:
         xaxis2={
             "overlaying": "x",
             "side": "top",
+            "tickmode": "auto",
             "range": [0, end * scale],
             "title": "lost motion in one direction, arcmin",
         },
