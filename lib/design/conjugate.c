@@ -42,7 +42,7 @@
 #define CORNER_MARGIN LM_REAL(1e-3)
 #else
 #define CORNER_SHARE LM_REAL(3e-5)
-#define CORNER_MODULES LM_REAL(2e-7)
+#define CORNER_MODULES LM_REAL(5e-8)
 #define CORNER_MARGIN LM_REAL(1e-6)
 #endif
 
@@ -576,11 +576,10 @@ static int is_doubtful(const draft *d, int interval) {
   const lm_real allowed = WIDER_ERROR * MISSED_MODULES;
   const int before = is_smooth_across(d, interval);
   const int after = is_smooth_across(d, interval + 1);
-  if (!before && !after) { /* between two corners: nothing to compare with */
+  if (!before || !after) { /* beside a corner: nothing on its other side to compare with */
     return is_smooth(d, interval);
   }
-  return (before && missed_at(d, interval) > allowed) ||
-         (after && missed_at(d, interval + 1) > allowed);
+  return missed_at(d, interval) > allowed || missed_at(d, interval + 1) > allowed;
 }
 
 /* Halves an interval until the cubic meets the middle, twice at most. The reason may be a zone that

@@ -11,11 +11,13 @@ from __future__ import annotations
 import math
 import os
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from conftest import NO_SEARCH
 from lostmotion import design
@@ -611,6 +613,73 @@ def test_a_conjugate_flank_touches_over_its_zone() -> None:
                 touched += 1
     assert touched > 15
     assert twice > 0
+
+
+def paper_frame(angle: float) -> tuple[complex, complex]:
+    """Foot and direction of a tooth in the circular spline's space: Liu et al., equations (14) to
+    (27), of first order in w0 / r_m."""
+    neutral, w0 = 24.275, 0.5
+    lead = angle - w0 * math.sin(2 * angle) / (2 * neutral) - 100 / 102 * angle
+    turn = 2 * w0 / neutral * math.sin(2 * angle) + lead
+    radius = neutral + w0 * math.cos(2 * angle)
+    return radius * np.exp(1j * lead), np.exp(1j * turn)
+
+
+def exact_frame(angle: float) -> tuple[complex, complex]:
+    """The same at exact arc length and tilt, of the polygons."""
+    brute = brute_design(published_document())
+    foot, end = polygons.on_line(brute, polygons.frame_points(brute), angle)
+    turned = np.exp(-1j * polygons.rigid_axis_rad(brute, angle))
+    return foot * turned, (end - foot) / abs(end - foot) * turned
+
+
+def conjugate_point(
+    frame: Callable[[float], tuple[complex, complex]], point: complex, slope: complex, near: float
+) -> tuple[float, complex]:
+    """Solve equation (30), the condition of the envelope, for the angle; and the point there."""
+
+    def moved(angle: float) -> complex:
+        foot, direction = frame(angle)
+        return foot + point * direction
+
+    def across(angle: float) -> float:
+        step = 1e-4
+        velocity = (moved(angle + step) - moved(angle - step)) / (2 * step)
+        return float((velocity * np.conj(slope * frame(angle)[1])).imag)
+
+    angle = float(brentq(across, near - 0.05, near + 0.05, xtol=1e-12))
+    return angle, moved(angle)
+
+
+def test_the_published_motion_has_the_conjugate_zones_but_for_its_first_order() -> None:
+    """Section 2.2 of the paper for its own example: first order shifts its zones by up to 2 deg and
+    its circular spline by 0.6 um in the first and 11 um in the second zone. With the exact motion
+    its equations give ours."""
+    model, mesh = made_mesh(published_document())
+    c = model.core
+    flank, geometry, line = (c.ffi.addressof(mesh, name) for name in ("flank", "geometry", "line"))
+    contacts, count = c.ffi.new("lm_conjugate_contact[8]"), c.ffi.new("int *")
+    apart_mm, exactly_mm, turned = [], [], []
+    for parameter in np.linspace(flank.low_mm + 0.05, flank.high_mm - 0.05, 5):
+        status = c.lib.lm_find_conjugate_contacts(
+            flank, geometry, line, parameter, contacts, 8, count, c.ffi.NULL
+        )
+        assert status == c.lib.LM_OK
+        foot = c.lib.lm_evaluate_flank(flank, parameter)
+        point, slope = complex(foot.along_mm, foot.across_mm), complex(1.0, foot.across_slope)
+        for contact in list(contacts)[: count[0]]:
+            ours = contact.radius_mm * np.exp(1j * contact.half_angle_rad)
+            angle, theirs = conjugate_point(paper_frame, point, slope, contact.angle_rad)
+            turned.append(abs(angle - contact.angle_rad))
+            normal = 1j * slope / abs(slope)
+            apart_mm.append(abs(((theirs - ours) * np.conj(normal)).real))
+            exact = conjugate_point(exact_frame, point, slope, contact.angle_rad)[1]
+            exactly_mm.append(abs(((exact - ours) * np.conj(normal)).real))
+    assert len(turned) == 10  # both zones
+    assert 1.0 < np.degrees(max(turned)) < 2.0
+    assert max(apart_mm[::2]) < 0.0006
+    assert 0.002 < max(apart_mm[1::2]) < 0.011
+    assert max(exactly_mm) < 1e-7 * 0.5
 
 
 def test_backlash_and_relief_open_the_clearance_by_what_they_say() -> None:
