@@ -67,7 +67,7 @@ from lostmotion.report.page import (
     rows_html,
 )
 from lostmotion.report.stages import collect_stages
-from lostmotion.report.svg import abridged, signs, simplify, text_width
+from lostmotion.report.svg import abridged, signs, simplify
 from lostmotion.report.wording import with_zeros
 from lostmotion.units import ARCMIN, ARCSEC
 
@@ -322,6 +322,15 @@ def test_runs_under_one_torque_are_drawn_over_the_angle_in_which_they_turn() -> 
             expected = 0.1 * np.cos(np.deg2rad(2 * angle))
             rest = measured - measured.mean() - expected
             assert np.std(rest) < 0.03
+
+
+MEAN_CHARACTER = 0.54
+"""Mean width of a character relative to the font size."""
+
+
+def text_width(text: str, size: float) -> float:
+    """Estimate how wide a text is."""
+    return MEAN_CHARACTER * size * len(re.sub(r"[_{}]", "", text))
 
 
 def texts(svg: ET.Element) -> list[tuple[float, float, float, float]]:

@@ -25,23 +25,6 @@ SMALL_SIZE = 11.5
 SIMPLIFY_PX = 0.25
 """Largest deviation of a simplified curve from the samples."""
 
-MEAN_CHARACTER = 0.54
-"""Mean width of a character relative to the font size, to estimate text widths."""
-
-
-def text_width(text: str, size: float = TEXT_SIZE) -> float:
-    """Estimate how wide a text is."""
-    return MEAN_CHARACTER * size * len(re.sub(r"[_{}]", "", text))
-
-
-def shortened(text: str, room: float, size: float = SMALL_SIZE) -> str:
-    """Shorten a text in the middle to the available width."""
-    letters = int(room / (MEAN_CHARACTER * size))
-    if len(text) <= letters:
-        return text
-    keep = max(letters - 1, 2)
-    return f"{text[: keep - keep // 2]}…{text[len(text) - keep // 2 :]}"
-
 
 def abridged(names: Sequence[str]) -> list[str]:
     """Remove common leading and trailing words from names."""
@@ -278,21 +261,6 @@ class Drawing:
         if halo:
             extra += f' paint-order="stroke" stroke="{PAPER}" stroke-width="3.5"'
         self.add(f'<text x="{coord(x)}" y="{coord(y)}"{extra}>{rich(text)}</text>')
-
-    def arrow(
-        self, ends: Sequence[float], stroke: str = INK, width: float = 1.2, *, both: bool = False
-    ) -> None:
-        """Draw a straight arrow, with a head at its end or at both."""
-        start, end = np.array(ends[:2]), np.array(ends[2:])
-        self.line(ends, stroke, width)
-        length = float(np.hypot(*(end - start)))
-        if length == 0:
-            return
-        along = (end - start) / length
-        across = np.array([-along[1], along[0]])
-        for tip, way in ((end, along), (start, -along))[: 2 if both else 1]:
-            head = np.array([tip, tip - 6.5 * way + 2.6 * across, tip - 6.5 * way - 2.6 * across])
-            self.area(head, stroke)
 
     def render(self) -> str:
         """Return the SVG element."""
