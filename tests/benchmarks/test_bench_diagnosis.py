@@ -116,7 +116,7 @@ def test_without_its_column_an_effect_is_not_to_be_named_and_no_other_either() -
     assert judge(blind, found("complete")) == "none"
 
 
-def test_conditions_and_seeds_are_said_in_words() -> None:
+def test_conditions_and_seeds_are_in_words() -> None:
     spoilt = PLAIN | {"scatter": 3.0, "outliers": 0.01}
     assert condition(truth("wear", conditions=spoilt)) == "3 times the scatter, 1 % outliers"
     assert condition(truth("wear")) == "standard"

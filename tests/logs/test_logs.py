@@ -52,7 +52,7 @@ def test_every_fourth_fault_is_found_and_changes_no_answer() -> None:
 
 
 @pytest.mark.parametrize("name", ["input_angle_rad: bit 14 turned"])
-def test_a_fault_that_reading_leaves_in_changes_no_diagnosis(name: str) -> None:
+def test_a_remaining_fault_changes_no_diagnosis(name: str) -> None:
     line = verdict(name, ("diagnose",))
     assert not line.wrong, line.line()
 

@@ -91,7 +91,7 @@ def test_a_drive_file_that_breaks_the_toml_reader_is_refused(
         read_drive(file)
 
 
-def test_a_byte_order_mark_before_a_drive_file_is_no_harm(tmp_path: Path) -> None:
+def test_a_byte_order_mark_before_a_drive_file_is_ignored(tmp_path: Path) -> None:
     file = tmp_path / "drive.toml"
     file.write_bytes(b"\xef\xbb\xbf" + format_toml(BOUGHT).replace("\n", "\r\n").encode())
     assert read_drive(file).document == BOUGHT

@@ -160,7 +160,7 @@ def test_every_command_answers_or_refuses_in_one_line(
             assert said.count("\n") == 1
 
 
-def test_no_size_is_told_where_none_would_be_found(
+def test_no_size_is_stated_if_none_would_be_found(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     rng = np.random.default_rng(SEED)

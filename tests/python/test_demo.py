@@ -139,7 +139,7 @@ def test_the_readme_quotes_what_it_prints(shown):
         assert any(same_line(printed, line) for printed in out.splitlines()), line
 
 
-def test_it_is_short_and_one_page(shown):
+def test_the_demonstration_is_short(shown):
     folder, answer, out, seconds = shown
     assert seconds < LIMIT_S
     assert len(out.splitlines()) <= 24

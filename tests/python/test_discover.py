@@ -61,7 +61,7 @@ def test_an_output_that_was_measured_apart_stays_as_it_was_read():
     )
 
 
-def test_nothing_is_missing_when_nothing_is():
+def test_a_complete_model_is_reported_complete():
     found = answer_of(campaign(seed=2))
     assert found["verdict"] == "complete"
     assert found["effects"] == []

@@ -170,7 +170,7 @@ def test_flips_cannot_refuse_what_the_plan_lets_three_runs_show():
     assert hits >= 9
 
 
-def test_few_runs_carry_a_false_alarm_no_oftener_than_many():
+def test_few_runs_have_no_more_false_alarms_than_many():
     wrong = sum(accepted(Contest(scattering(seed)).test("few"), 1) for seed in range(150))
     assert wrong < 9  # the level is at most 0.05 x 0.05 / 0.25: binomial(150, 0.01), 0.01 % beyond
 
@@ -333,7 +333,7 @@ def test_a_drive_that_is_softer_in_quick_runs_hangs_on_the_rate_or_on_the_run():
     }
 
 
-def test_a_part_of_the_base_that_drifts_from_run_to_run_is_told_to_drift():
+def test_a_parameter_that_drifts_from_run_to_run_is_reported():
     data = campaign(seed=8, runs=16, warm=False)
     base = BaselineModel(Conditions(data), RATED_NM)
     tangent = run_drifts(base)[0].columns[:, 0]

@@ -131,7 +131,7 @@ def test_only_one_place_renames_a_file() -> None:
     assert having == ["files.py"]
 
 
-def test_a_place_that_windows_holds_for_a_moment_is_tried_again(
+def test_a_file_that_windows_locks_for_a_moment_is_tried_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     beside, place = tmp_path / "beside", tmp_path / "place"

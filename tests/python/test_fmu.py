@@ -389,7 +389,7 @@ def test_a_fitted_drive_goes_there_and_back(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("version", [2, 3])
 @pytest.mark.parametrize("kind", ["torque", "angles", "compensator"])
-def test_a_state_goes_on_as_the_original_did(
+def test_a_restored_state_continues_as_the_original(
     with_effects: Path, kind: Kind, version: Version, tmp_path: Path
 ) -> None:
     file, _, ratio = write(with_effects, kind, version)
@@ -553,7 +553,7 @@ def test_an_effect_of_the_users_own_goes_into_the_fmu(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("version", [2, 3])
-def test_inputs_beyond_the_model_are_clipped_and_said(version: Version, tmp_path: Path) -> None:
+def test_inputs_beyond_the_model_are_clipped_and_reported(version: Version, tmp_path: Path) -> None:
     file, controller, _ = write(DATA / "joint" / "joint.toml", "torque", version)
     lib = core(64).lib
     fmu = Running(file, tmp_path)

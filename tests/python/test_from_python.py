@@ -78,7 +78,7 @@ def test_recordings_in_memory_are_those_of_the_file(drive: Drive, warm: Campaign
     assert lm.read_campaign(frame, ratio=drive.ratio).fingerprint() == warm.fingerprint()
 
 
-def test_a_drive_is_enough(
+def test_a_drive_replaces_its_single_values(
     drive: Drive, warm: Campaign, found: Diagnosis, fitted: FittedModel
 ) -> None:
     torsion_curve = make_torsion_curve(drive, warm.largest_torque_Nm)
@@ -119,7 +119,7 @@ def test_the_arguments_in_the_wrong_order_are_named(drive: Drive, warm: Campaign
         diagnose(None, warm)
 
 
-def test_everything_says_what_it_is_in_a_few_lines(
+def test_every_repr_is_a_few_lines(
     drive: Drive, warm: Campaign, found: Diagnosis, fitted: FittedModel
 ) -> None:
     for thing in (found, fitted, found.base, compare(drive, warm), warm):

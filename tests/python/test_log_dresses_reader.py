@@ -283,7 +283,7 @@ def test_points_that_separate_thousands_are_told_by_decimal_commas(tmp_path: Pat
         ([f"{i};{1 + i % 5},{100 + i};{i % 9}" for i in range(30)], "which is 1.100 or 1100"),
     ],
 )
-def test_a_mark_that_nothing_decides_is_refused_with_both_readings(
+def test_an_ambiguous_separator_is_refused_with_both_readings(
     tmp_path: Path, rows_: list[str], found: str
 ) -> None:
     with pytest.raises(InputError, match=rf"torque_mNm: found '.*' in line 2, {found}, expected"):

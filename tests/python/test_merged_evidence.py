@@ -109,7 +109,7 @@ def test_an_archive_that_is_no_evidence_is_refused(tmp_path: Path) -> None:
         load_body(tmp_path / "bare.npz")
 
 
-def test_nothing_is_missing_when_nothing_is() -> None:
+def test_a_complete_model_is_reported_complete() -> None:
     found = judge_body(merge_bodies(halves(campaign(seed=2)), ["a", "b"]), library())
     assert found["verdict"] == "complete"
     assert found["effects"] == []

@@ -181,7 +181,7 @@ def test_the_kinematic_error_moves_the_output_and_the_input_feels_it(with_effect
     assert data.qfrc_passive[0] != 0.0  # at rest the teeth hold the input at the kinematic error
 
 
-def test_a_state_that_is_set_back_goes_on_as_before(with_effects: Path) -> None:
+def test_a_reset_state_continues_as_before(with_effects: Path) -> None:
     placed = put_drives(one_joint(), {"elbow": with_effects})
     model, data = placed.model, mujoco.MjData(placed.model)
     rng = np.random.default_rng(5)
@@ -218,7 +218,7 @@ def test_a_state_that_is_set_back_goes_on_as_before(with_effects: Path) -> None:
     assert go(data, torques[150:]) == known
 
 
-def test_instances_in_threads_go_as_one_alone_does(with_effects: Path) -> None:
+def test_instances_in_threads_are_independent(with_effects: Path) -> None:
     rollout = pytest.importorskip("mujoco.rollout", reason="MuJoCo without its rollout module")
     model = put_drives(one_joint(), {"elbow": with_effects}).model
     size = mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS)

@@ -132,7 +132,7 @@ def test_signed_ranks_of_four_runs() -> None:
     assert signed_rank(behind, behind) == 0.0
 
 
-def test_a_run_that_says_most_does_not_hide_what_all_the_others_say() -> None:
+def test_a_dominant_run_does_not_hide_the_evidence_of_the_others() -> None:
     ahead = np.abs(np.random.default_rng(8).normal(size=RUNS)) + 0.1
     ahead[3] = 1000.0
     assert paired_t(ahead, np.zeros(RUNS)) < rules.PAIRED_T

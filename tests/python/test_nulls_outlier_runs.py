@@ -25,7 +25,7 @@ LOADS = np.tile([1.0, 2.0, 3.0], RUNS // 3)
 
 
 @pytest.mark.parametrize("runs", [rules.OUTLIER_RUNS_TESTED_LEAST, 31, 80])
-def test_scatter_alone_stands_apart_as_often_as_is_said(runs: int) -> None:
+def test_scatter_alone_gives_outlier_runs_at_the_stated_rate(runs: int) -> None:
     rng = np.random.default_rng(runs)
     level, trials = 0.02, 2000
     alarms = sum(bool(apart(rng.normal(size=runs), level)[0]) for _ in range(trials))

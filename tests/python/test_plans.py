@@ -15,7 +15,7 @@ from lostmotion.errors import InputError
 from lostmotion.recordings import Campaign, Run
 
 
-def test_columns_that_change_together_are_told():
+def test_columns_that_change_together_are_reported():
     data = campaign(seed=1)
     for r, run in enumerate(data.runs):
         run.columns["temperature"][:] = 20.0 + r
@@ -38,7 +38,7 @@ def test_angles_that_the_gear_binds_are_not_told_to_be_varied_alone():
     assert {"input_angle_rad", "temperature_C"} in pairs
 
 
-def test_effects_ask_for_columns_that_somebody_records():
+def test_effects_need_only_columns_that_can_be_recorded():
     data = campaign()
     for run in data.runs:
         del run.columns["input_angle"], run.columns["output_angle"]

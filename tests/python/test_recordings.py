@@ -601,7 +601,7 @@ def test_runs_of_an_encoder_of_one_turn_have_one_zero(write: Write, ratio: float
     assert any("starts whole turns away" in finding.action for finding in campaign.findings)
 
 
-def test_a_turned_sign_is_suspected(write: Write) -> None:
+def test_an_inverted_sign_is_suspected(write: Write) -> None:
     campaign = read_campaign(write(f"{HEAD}\n0,0,0\n1,1,-1\n2,2,-2\n", "a.csv"))
     (finding,) = campaign.findings
     assert finding.kind == "sign"

@@ -69,7 +69,7 @@ def supports_of(model: DesignModel) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize("generator", GENERATORS)
-def test_gives_of_the_teeth_are_those_of_a_ring_on_springs(generator: str) -> None:
+def test_compliances_of_the_teeth_are_those_of_a_ring_on_springs(generator: str) -> None:
     model = model_of(size20(generator))
     held, compliance = supports_of(model)
     foundation = model._workspace.foundation
@@ -128,6 +128,6 @@ def test_a_thicker_rim_or_race_deflects_less(generator: str) -> None:
     assert untwisted(thin) > 1.01 * untwisted(raced)
 
 
-def test_a_stated_foundation_is_taken_as_stated() -> None:
+def test_a_stated_foundation_is_used() -> None:
     model = model_of(size20("discs", foundation_N_per_mm2=2600.0))
     assert model._workspace.foundation.supports == 0

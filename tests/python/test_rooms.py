@@ -111,7 +111,7 @@ def test_no_import_upward() -> None:
     assert upward == []
 
 
-def test_evidence_knows_no_physics() -> None:
+def test_evidence_imports_no_model() -> None:
     needed = imports()
     own = {name: parts for name, parts in needed.items() if room_of(name) == "evidence"}
     assert own

@@ -117,7 +117,7 @@ def test_without_a_map_topics_fields_and_joints_are_listed(
         ("/joint_state/position/elbow", "no such column (there are /motor_states/position/elbow"),
     ],
 )
-def test_a_column_that_is_not_there_is_refused_with_those_that_are(
+def test_a_missing_column_is_refused_with_the_list_of_columns(
     tmp_path: Path, column: str, expected: str
 ) -> None:
     bag = write_bag(tmp_path / "bag", arm(50))

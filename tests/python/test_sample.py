@@ -186,12 +186,12 @@ def test_threads_dask_and_a_cluster_take_the_same_sample(folder: Path) -> None:
     assert again.fingerprint() == threads
 
 
-def test_a_cluster_that_is_not_there_is_said() -> None:
+def test_a_missing_cluster_is_reported() -> None:
     with pytest.raises(InputError, match="--dask"):
         run_pieces(len, [[1]], "8786")
 
 
-def test_a_cluster_without_workers_is_told(caplog: pytest.LogCaptureFixture) -> None:
+def test_a_cluster_without_workers_is_reported(caplog: pytest.LogCaptureFixture) -> None:
     with cluster_here(workers=0) as cluster:
         address = cluster.scheduler_address
         with connect(address):
@@ -200,7 +200,7 @@ def test_a_cluster_without_workers_is_told(caplog: pytest.LogCaptureFixture) -> 
             assert run_pieces(len, [[1], [1, 2]], address) == [1, 2]
 
 
-def test_a_cluster_that_loses_its_workers_is_told(
+def test_a_cluster_that_loses_its_workers_is_reported(
     caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("lostmotion.cluster.LOOK_S", 0.1)

@@ -18,7 +18,7 @@ from lostmotion.cli import main
 pytest.importorskip("lostmotion._search", reason=NO_SEARCH)
 
 
-def test_contradictory_limits_say_what_would_have_to_give(
+def test_contradictory_limits_name_the_limits_to_relax(
     write_spec: Write,
     small_spec: dict[str, Any],
     tmp_path: Path,

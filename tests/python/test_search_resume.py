@@ -78,7 +78,7 @@ def test_any_executor_gives_the_same_bytes(
     assert left_by(tmp_path / "run") == expected
 
 
-def test_a_stopped_search_goes_on_to_the_same_bytes(
+def test_a_stopped_search_continues_to_the_same_bytes(
     searched: tuple[Path, Path, dict[str, bytes]], tmp_path: Path
 ) -> None:
     spec, _, expected = searched
@@ -99,7 +99,7 @@ def test_a_stopped_search_goes_on_to_the_same_bytes(
     assert left_by(tmp_path / "run") == expected
 
 
-def test_a_search_stopped_at_once_can_go_on(
+def test_a_search_stopped_at_once_can_be_resumed(
     searched: tuple[Path, Path, dict[str, bytes]], tmp_path: Path
 ) -> None:
     spec, _, expected = searched
@@ -126,7 +126,7 @@ def begin(spec: Path, run: Path, *options: str) -> subprocess.Popen[bytes]:
     return process
 
 
-def test_a_search_that_was_killed_goes_on_to_the_same_bytes(
+def test_a_killed_search_continues_to_the_same_bytes(
     searched: tuple[Path, Path, dict[str, bytes]], tmp_path: Path
 ) -> None:
     spec, _, expected = searched
@@ -251,7 +251,7 @@ def test_a_cluster_that_does_not_answer_is_told_in_one_line(
 # --- what goes wrong ---
 
 
-def test_damaged_evaluations_are_counted_and_do_no_harm(
+def test_damaged_evaluations_are_counted_and_ignored(
     write_spec: Write,
     small_spec: dict[str, Any],
     tmp_path: Path,
@@ -270,7 +270,7 @@ def test_damaged_evaluations_are_counted_and_do_no_harm(
     assert math.isfinite(certificate["figures"]["lost_motion_arcmin"])
 
 
-def test_a_torn_journal_is_mended_and_told(
+def test_an_incomplete_journal_is_repaired_and_reported(
     searched: tuple[Path, Path, dict[str, bytes]],
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
@@ -284,7 +284,7 @@ def test_a_torn_journal_is_mended_and_told(
     assert left_by(tmp_path / "run") == expected
 
 
-def test_a_journal_damaged_in_its_midst_is_kept_told_and_done_again(
+def test_a_damaged_journal_is_saved_reported_and_continued(
     searched: tuple[Path, Path, dict[str, bytes]],
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
@@ -332,7 +332,7 @@ RECORD = struct.Struct("<III")
     [(0, -1), (4, 2**31 - 1), (8, 7), (12, -5), (28, 2**31 - 1)],
     ids=["id", "combination", "computed", "plain", "feasible"],
 )
-def test_a_journal_of_somebody_else_is_refused_in_one_line(
+def test_a_foreign_journal_is_refused_in_one_line(
     searched: tuple[Path, Path, dict[str, bytes]],
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],

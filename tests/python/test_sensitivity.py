@@ -29,7 +29,7 @@ def drawn(**teeth: float) -> Drive:
     return parse_drive(document)
 
 
-def test_a_derivative_foretells_a_small_change() -> None:
+def test_a_derivative_predicts_a_small_change() -> None:
     drive = drawn()
     before = figures_of(drive, 1.6)
     for one in sensitivities(drive, 1.6):

@@ -48,7 +48,7 @@ def said(capsys: pytest.CaptureFixture[str], *words: str | Path) -> str:
     return capsys.readouterr().out
 
 
-def test_a_diagnosis_says_how_large_and_what_to_do(
+def test_a_diagnosis_states_sizes_and_the_next_step(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     printed = said(capsys, "diagnose", folder / "drive.toml", folder / "warm.csv")
@@ -58,7 +58,7 @@ def test_a_diagnosis_says_how_large_and_what_to_do(
     assert "next: Add it: fit --add thermal_gap. No further significant residual." in printed
 
 
-def test_a_fit_says_what_was_not_fitted(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_fit_lists_what_was_not_fitted(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = ("fit", folder / "drive.toml", folder / "warm.csv", "--add", "thermal_gap")
     printed = said(capsys, *words, "-o", folder / "fitted.toml")
     assert any(
@@ -88,7 +88,7 @@ def step_answer(size: float) -> dict[str, Any]:
     }
 
 
-def test_a_sudden_step_is_said_once() -> None:
+def test_a_sudden_step_is_reported_once() -> None:
     out = StringIO()
     show_diagnosis(step_answer(2234.0), out)
     assert "sudden: run 3 at 20.5 s, 2230 arcsec" in out.getvalue()
@@ -124,7 +124,7 @@ def test_findings_of_many_runs_are_one_line() -> None:
     assert say_findings(many) == ["a.csv: time_s (12 runs, 0 to 11): gap x 12: kept"]
 
 
-def test_a_column_that_looks_like_one_that_is_missing_is_told(
+def test_a_column_similar_to_a_missing_one_is_suggested(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = tmp_path / "logger.csv"

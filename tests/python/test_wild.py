@@ -78,7 +78,7 @@ def clean(seed: int) -> Campaign:
     return Campaign(runs)
 
 
-def test_nothing_that_a_drive_does_is_wild() -> None:
+def test_real_motion_is_never_an_outlier() -> None:
     wrong = []
     for seed in range(CLEAN):
         data = clean(seed)

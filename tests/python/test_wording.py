@@ -78,7 +78,7 @@ def test_a_value_of_an_effect_is_written_in_a_unit_of_its_size(
     assert quantity(name, value) == text
 
 
-def test_a_value_at_its_bound_is_said_to_be() -> None:
+def test_a_value_at_its_bound_is_reported() -> None:
     values = {"gap_rad_per_K": 4.161e-6, "gap_rad": 0.05, "takeup_Nm": 0.0, "cosine_rad": 0.0}
     assert named_numbers(values, ["gap_rad", "takeup_Nm"]) == [
         "gap 0.858 arcsec/K",
