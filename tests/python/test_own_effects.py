@@ -32,11 +32,22 @@ def test_an_effect_of_ones_own_that_fails_is_bad_input(function, found):
 
 @pytest.mark.parametrize(
     ("low", "high", "found"),
-    [(1.0, 1.0, "1 to 1"), (2.0, -2.0, "2 to -2"), (np.nan, 1.0, "nan to 1")],
+    [(1.0, 1.0, "1 to 1"), (2.0, -2.0, "2 to -2")],
 )
 def test_an_effect_that_no_fit_can_move_is_refused(low, high, found):
     size = Value("size_rad", role="linear", typical=1.0, low=low, high=high)
     with pytest.raises(InputError, match=f"pull: size_rad: found {found}, expected low below high"):
+        effect(values=[size], needs=["torque_Nm"], name="pull")(lambda p, at: at.torque_Nm)
+
+
+@pytest.mark.parametrize(
+    "numbers", [{"typical": np.inf}, {"low": np.nan}, {"high": np.inf}, {"starts": (np.nan,)}]
+)
+def test_numbers_of_an_effect_are_finite(numbers):
+    size = Value(
+        **{"name": "size", "role": "linear", "typical": 1.0, "low": 0, "high": 2} | numbers
+    )
+    with pytest.raises(InputError, match=r"pull: size: found .*(inf|nan).*, expected finite"):
         effect(values=[size], needs=["torque_Nm"], name="pull")(lambda p, at: at.torque_Nm)
 
 

@@ -6,6 +6,7 @@ import gzip
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -338,14 +339,17 @@ def test_parquet_may_hold_nulls_and_text(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("label", ["run", "time_s", "torque_Nm"])
-def test_a_column_of_lists_in_parquet_is_refused(tmp_path: Path, label: str) -> None:
+@pytest.mark.parametrize("values", [[[0.0], [1.0, 2.0]], [b"\xff", b"\xfe"]])
+def test_a_column_of_lists_or_bytes_in_parquet_is_refused(
+    tmp_path: Path, label: str, values: list[Any]
+) -> None:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
     columns = {name: [0.0, 1.0] for name in ("run", *HEAD.split(","))}
-    columns[label] = pa.array([[0.0], [1.0, 2.0]])
+    columns[label] = pa.array(values)
     pq.write_table(pa.table(columns), tmp_path / "a.parquet")
-    with pytest.raises(InputError, match=f"{label}: found values of type list"):
+    with pytest.raises(InputError, match=rf"{label}: found values of type (list|binary)"):
         read_campaign(tmp_path / "a.parquet")
 
 

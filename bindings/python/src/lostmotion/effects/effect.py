@@ -154,8 +154,12 @@ class Effect:
         return f"<Effect {self.name} ({self.kind}) of {values}: {self.mechanism}>"
 
     def __post_init__(self) -> None:
-        """Refuse bounds that leave no range for a fit."""
+        """Refuse numbers that are not finite, and bounds that leave no range for a fit."""
         for value in self.values:
+            numbers = (value.typical, value.low, value.high, *value.starts)
+            if not np.all(np.isfinite(np.array(numbers, dtype=np.float64))):
+                found = ", ".join(f"{float(x):g}" for x in numbers)
+                raise InputError(f"effect {self.name}", value.name, found, "finite numbers")
             if not value.low < value.high:
                 raise InputError(
                     f"effect {self.name}",

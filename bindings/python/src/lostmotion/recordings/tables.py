@@ -87,13 +87,20 @@ def single_values(name: str, label: str, column: Any) -> Any:
     Raises
     ------
     InputError
-        If its values are lists or the like.
+        If its values are lists or the like, or bytes that are no text.
     """
     import pyarrow as pa
 
     kind = column.type
     if pa.types.is_nested(kind):
         raise InputError(name, label, f"values of type {kind}", "one value for every row")
+    if pa.types.is_binary(kind) or pa.types.is_large_binary(kind):
+        try:
+            return column.cast(pa.string())
+        except pa.ArrowInvalid:
+            raise InputError(name, label, f"values of type {kind}", "numbers or text") from None
+    if pa.types.is_fixed_size_binary(kind):
+        raise InputError(name, label, f"values of type {kind}", "numbers or text")
     if pa.types.is_dictionary(kind):
         return column.cast(kind.value_type)
     if pa.types.is_decimal(kind):
