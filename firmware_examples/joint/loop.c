@@ -68,6 +68,7 @@ int loop_start(loop *joint, method how, torque_source source, const lm_parameter
   joint->speed_rad_s = 0;
   joint->change_rad_s2 = 0;
   joint->current_Nm = 0;
+  joint->bound_Nm = 0;
   joint->believed_Nm = 0;
   joint->beyond_Nm = 0;
   joint->motor_Nm = 0;
@@ -118,9 +119,10 @@ static float model_torque(loop *joint, float command_Nm, float sensed_Nm) {
     float now_Nm = lm_estimate_torque(
         &motor, joint->motor_Nm / ((float)PLANT_RATIO * TORQUE_CONSTANT),
         joint->speed_rad_s * (float)PLANT_RATIO, joint->change_rad_s2 * (float)PLANT_RATIO);
+    float bound_Nm = lm_bound_torque(&motor, joint->speed_rad_s * (float)PLANT_RATIO);
     joint->current_Nm += CURRENT_FILTER * (now_Nm - joint->current_Nm);
-    return lm_hold_torque(&joint->believed_Nm, joint->current_Nm,
-                          lm_bound_torque(&motor, joint->speed_rad_s * (float)PLANT_RATIO));
+    joint->bound_Nm += CURRENT_FILTER * (bound_Nm - joint->bound_Nm);
+    return lm_hold_torque(&joint->believed_Nm, joint->current_Nm, joint->bound_Nm);
   }
   if (joint->source == TORQUE_FROM_SENSOR) {
     float change_Nm = SENSOR_FILTER * (sensed_Nm - command_Nm - joint->beyond_Nm);

@@ -47,6 +47,7 @@ typedef struct loop {
   float speed_rad_s;
   float change_rad_s2;
   float current_Nm;  /* torque from the current, filtered */
+  float bound_Nm;    /* its bound, filtered */
   float believed_Nm; /* the same after lm_hold_torque */
   float beyond_Nm;   /* torque of the sensor beyond that of the command, filtered */
   float motor_Nm;    /* torque from the current, referred to the output */

@@ -11,11 +11,12 @@
 #endif
 
 uint32_t lm_find_needs(const lm_parameters *parameters) {
-#if LM_PROFILE == LM_PROFILE_GAP
-  return parameters ? LM_NEEDS_OUTPUT_ANGLE : 0u;
-#else
-  return parameters ? (needs_of(parameters) & ~NEEDS_MORE) | LM_NEEDS_TORQUE : 0u;
-#endif
+  uint32_t needs = 0;
+  if (parameters) {
+    needs = LM_PROFILE == LM_PROFILE_GAP ? LM_NEEDS_OUTPUT_ANGLE
+                                         : (needs_of(parameters) & ~NEEDS_MORE) | LM_NEEDS_TORQUE;
+  }
+  return needs;
 }
 
 void lm_start_model(lm_memory *memory, lm_real torque_Nm) {

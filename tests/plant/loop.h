@@ -49,7 +49,7 @@ typedef struct loop {
   double correction_rad, correction_rad_s, correction_rad_s2;
   double side;
   double last_rad, speed_rad_s, wish_rad_s, sum_Nm, motor_Nm;
-  double beyond_Nm, current_Nm;
+  double beyond_Nm, current_Nm, bound_Nm;
   float believed_Nm;
   uint32_t noise;
   uint32_t seen; /* status bits that were ever set */

@@ -33,8 +33,9 @@
  *     resonance lies at 20 to 30 Hz);
  *   - give lm_estimate_torque the measured velocity of the motor shaft, and its commanded
  *     acceleration, correction included (differences of encoder counts are too noisy);
- *   - pass the filtered estimate through lm_hold_torque with lm_bound_torque, so that friction of
- *     unknown sign at standstill causes no motion;
+ *   - pass the filtered estimate through lm_hold_torque, so that friction of unknown sign at
+ *     standstill causes no motion. Its uncertainty is lm_bound_torque through the same filter: the
+ *     bound falls to zero as soon as the motor moves, the filtered estimate is right only later;
  *   - do not use the estimate while a brake holds the motor: its current is zero and the gear still
  *     bears the load. Keep the torque from before; at power-up take that of the command;
  *   - or take the torque from the command: gravity, inertia and lm_guess_torque.
