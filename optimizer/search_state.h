@@ -32,8 +32,8 @@ typedef struct lm_combination_state {
   lm_solution pool[LM_POOL_MAX];
 } lm_combination_state;
 
-/* The verification: grades rounded, all checked, a solver from some, and if none holds from their
- * neighbours. */
+/* Steps of the verification: round the grades, check all designs, start a solver from some, and
+ * if none is within the limits, from their neighbours. */
 typedef enum lm_verify_step {
   LM_VERIFY_ROUND = 0,
   LM_VERIFY_CONFIRM,

@@ -591,7 +591,7 @@ static void the_deflection_grows_with_the_distance_from_the_cup(void) {
   ASSERT_NEAR(BOUND(1e-15, 1e-7), 1 + 5.0 / 22, lm_section_factor(&drive, 2, 3));
   make(&drive, 1.25);
   ASSERT_NEAR(BOUND(1e-15, 1e-7), 1.25 * 0.2375, mesh.line.deflection_mm);
-  ASSERT_NEAR(BOUND(1e-15, 1e-7), 0.2375, mesh.geometry.deflection_mm); /* the metal is the same */
+  ASSERT_NEAR(BOUND(1e-15, 1e-7), 0.2375, mesh.geometry.deflection_mm); /* the parts are the same */
 }
 
 /* --- refusals ------------------------------------------------------------------------------------

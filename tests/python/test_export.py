@@ -458,7 +458,7 @@ def test_drive_with_effects_says_how_to_compile(write: Write, bought: dict[str, 
         {"name": "creep", "share": 0.01, "onset_s": 1.0},
     ]
     notes = make_controller(read_drive(write(bought))).notes
-    said = "The standard build holds no effects: compile with -DLM_EFFECTS_MAX=2 "
+    said = "The standard build contains no effects: compile with -DLM_EFFECTS_MAX=2 "
     assert f"{said}-DLM_EFFECT_MEMORY_MAX=6." in notes
     del bought["effect"]
     bought["fit"] = {"values": {"play_envelope_Nm": 4.0, "play_envelope_knee_Nm": 9.0}}

@@ -75,7 +75,7 @@ def test_a_variance_of_nothing_holds_up_no_other(seed: int) -> None:
 
 def test_innovations_of_all_runs_are_those_of_each() -> None:
     rng = np.random.default_rng(3)
-    starts = np.array([0, 30, 32, 33, 100])  # runs that are shorter than the memory among them
+    starts = np.array([0, 30, 32, 33, 100])  # including runs shorter than the memory
     phi = [0.2 * rng.normal(size=count) for count in (3, 0, 2, 3)]
     noise = Noise(phi, np.array([1.0, 2.0, 3.0, 4.0]))
     values = rng.normal(size=100)

@@ -65,10 +65,10 @@
  * effects that need inputs other than torque, temperature and time, reversals of the filtered
  * torque are counted instead, if they change the torsion curve by that angle.) After detection the
  * correction is reduced by the effect of the torque error, so that the output is no worse than
- * uncompensated whatever the torque really is. It grows through a low-pass filter at a tenth of
+ * uncompensated for any true torque. It grows through a low-pass filter at a tenth of
  * ringing_Hz, too slow to ring, and does not move for changes of the torque within that error. The
- * host declares the error with lm_declare_torque_error: friction of a motor at standstill hides a
- * load from its current that a sensor would show. If no error was declared, the correction goes to
+ * host declares the error with lm_declare_torque_error: at standstill the friction of a motor can
+ * hide a load that a torque sensor would measure. If no error was declared, the correction goes to
  * zero and the axis is uncompensated. Full, fast correction returns only at the host's request:
  * after LM_MODE_RESET, after lm_change_parameters or after a start. The gap profile takes no torque
  * and never rings.

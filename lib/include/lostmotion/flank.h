@@ -50,7 +50,7 @@ typedef struct lm_s_tooth {
   lm_real module_mm;
   lm_real datum_mm;        /* y of M */
   lm_real datum_across_mm; /* x of M */
-  lm_real straight_mm;     /* height of the tangent either way */
+  lm_real straight_mm;     /* height of the tangent in either direction */
   lm_real tangent;         /* of its angle against the tooth's axis */
 } lm_s_tooth;
 

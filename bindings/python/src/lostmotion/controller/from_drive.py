@@ -322,7 +322,7 @@ def make_controller(
     envelope = _fitted_envelope(drive)
     if profile == "standard" and effects:
         macros = build_macros(effects, used)
-        notes.append(f"The standard build holds no effects: compile with {macros}.")
+        notes.append(f"The standard build contains no effects: compile with {macros}.")
     if "dead_band" in given:
         raise InputError(
             "--set",

@@ -83,7 +83,7 @@ def read_tolerances(out: Statements, variables: Variables) -> list[ToleranceLink
         raise out.refuse("design", as_in_file(design), "a table [design]")
     for name in design:
         if name not in known:
-            expected = f"[[design.{name}]] only for {', '.join(known)}; other values stand in "
+            expected = f"[[design.{name}]] only for {', '.join(known)}; other values in "
             raise out.refuse(f"design.{name}", "a key", expected + "[search.fixed]")
     entries = design.get("tolerance", [])
     if not isinstance(entries, list) or not all(isinstance(e, Mapping) for e in entries):

@@ -35,8 +35,8 @@ def log_density(reduced: Reduced, ridge: FloatArray) -> FloatArray:
 def solved_apart(normal: FloatArray, right: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Solve positive definite normal equations of every run, and their log determinants.
 
-    One Cholesky factorization gives both. Where roundoff has left a matrix indefinite it is
-    factored with pivots.
+    One Cholesky factorization gives both. A matrix that is indefinite by
+    rounding is factored with pivots.
 
     Parameters
     ----------
