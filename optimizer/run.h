@@ -1,4 +1,4 @@
-/* A search that lives in a folder: journal, history and results.
+/* A search in a folder: journal, history and results.
  *
  *   status = lm_open_run("spec", text, "RUN", 0, &run, note);
  *   status = lm_work_run(run, 2, NULL, NULL, &stop, note);      0 done, 1 failed, 130 stopped

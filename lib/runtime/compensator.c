@@ -328,13 +328,13 @@ NOINLINE static void hear_torque(lm_compensator *c) {
 }
 #endif
 
-/* The target of a correction that rang. With the torque wrong by no more than was declared, what is
- * right lies within unsure_rad of the target t, so with s = |t| - unsure_rad (zero where that is
- * less or nothing was declared) everything from zero to 2 s, on the side of t, leaves the output no
- * worse than without. Three rules:
+/* The target of a correction that rang. If the torque error is at most the declared one, the right
+ * correction is within unsure_rad of the target t. With s = |t| - unsure_rad (zero if that is
+ * negative or nothing was declared), no value from zero to 2 s, on the side of t, makes the output
+ * worse than without a correction. Three rules:
  *
  *   - From s to the lesser of 2 s and |t| it stays where it is: a torque that wanders within its
- *     declared error, as the friction of a standing motor does, moves nothing, so the position loop
+ *     declared error, as the friction of a motor at rest does, moves nothing, so the position loop
  *     comes to rest as it does without a correction.
  *   - Outwards it goes through a filter of the first order at SLOW_SHARE of ringing_Hz: a loop that
  *     rang at that frequency or above has a tenth of its gain, or less.
