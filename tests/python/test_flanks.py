@@ -21,6 +21,7 @@ from scipy.optimize import brentq
 
 from conftest import NO_SEARCH
 from lostmotion import design
+from lostmotion.drawing.measures import drawing_table
 from lostmotion.drawing.profiles import gear_profiles
 from lostmotion.drives import parse_drive, read_drive
 from lostmotion.errors import InputError
@@ -551,6 +552,15 @@ def test_the_outline_that_bends_is_the_one_that_is_drawn(kind: str) -> None:
         found = [model.core.lib.lm_outline_half(outline, height[i]) for i in places]
         assert len(places) > 25
         assert np.allclose(found, across[places], rtol=0, atol=2e-6 * module)
+
+
+def test_the_gear_table_states_no_measures_of_involutes_for_other_flanks() -> None:
+    document = published_document()
+    rows = {row.key: row for row in drawing_table(DesignModel(parse_drive(document).design))}
+    for key in ("alpha", "d_b", "k", "W_k", "D_M", "M_d"):
+        assert math.isnan(rows[key].flexspline), key
+        assert math.isnan(rows[key].rigid), key
+    assert rows["rho_f"].flexspline > 0
 
 
 @pytest.mark.parametrize("rigid", [False, True])

@@ -111,12 +111,16 @@ def drawing_table(model: DesignModel) -> list[Row]:
     drive = model.drive
     teeth = drive.teeth
     gears = gear_profiles(model)
-    # both measures require involutes
-    involutes = make_mesh(model).mesh.flank.kind == model.core.lib.LM_FLANK_INVOLUTE
-    spans = [span_measure(model, gear) if involutes else None for gear in gears]
-    pins = [pin_measure(model, gear) if involutes else None for gear in gears]
+    # both measures, base circle and pressure angle require involutes
+    mesh = make_mesh(model).mesh
+    involute_flank = model.core.lib.LM_FLANK_INVOLUTE
+    involutes = [kind == involute_flank for kind in (mesh.flank.kind, mesh.rigid_kind)]
+    each = list(zip(gears, involutes, strict=True))
+    spans = [span_measure(model, gear) if has else None for gear, has in each]
+    pins = [pin_measure(model, gear) if has else None for gear, has in each]
     m, alpha = float(teeth.module_mm), float(teeth.pressure_angle_rad)
-    base = [m * gear.teeth * math.cos(alpha) for gear in gears]
+    base = [m * gear.teeth * math.cos(alpha) if has else None for gear, has in each]
+    angle = [math.degrees(alpha) if has else None for has in involutes]
 
     def row(key: str, meaning: str, unit: str, values: list[Any], digits: int = 4) -> Row:
         first, second = (math.nan if v is None else float(v) for v in values)
@@ -125,7 +129,7 @@ def drawing_table(model: DesignModel) -> list[Row]:
     return [
         row("z", "number of teeth", "", [g.teeth for g in gears], 0),
         row("m", "module", "mm", [m, m]),
-        row("alpha", "pressure angle of the basic rack", "deg", [math.degrees(alpha)] * 2),
+        row("alpha", "pressure angle of the basic rack", "deg", angle),
         row("x", "profile shift", "modules", [teeth.flexspline_shift, teeth.rigid_shift]),
         row("d", "reference diameter", "mm", [m * g.teeth for g in gears]),
         row("d_b", "base diameter", "mm", base),
