@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import least_squares, lsq_linear
 
-from lostmotion.fit.least_squares import bounded_least_squares, solve_within
+from lostmotion.fit.least_squares import SumLimit, bounded_least_squares, solve_within
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -39,6 +39,37 @@ def test_normal_equations_in_a_box_are_solved_like_scipy(seed: int) -> None:
     np.testing.assert_allclose(found, expected, atol=1e-9)
     free = solve_within(a.T @ a, a.T @ b, low - 100, high + 100)
     np.testing.assert_allclose(free, np.linalg.lstsq(a, b, rcond=None)[0], atol=1e-9)
+
+
+@settings(deadline=None)
+@given(st.integers(0, 10**6))
+def test_a_limited_sum_satisfies_the_optimality_conditions(seed: int) -> None:
+    """The conditions of Karush, Kuhn and Tucker, also with nearly equal columns."""
+    random = np.random.default_rng(seed)
+    count = int(random.integers(2, 30))
+    a = random.normal(size=(count + 5, count))
+    if seed % 2:
+        a[:, 0] = a[:, 1] * (1.0 + 1e-7)
+    normal, right = a.T @ a, a.T @ random.normal(size=count + 5)
+    low, high = -random.random(count), random.random(count)
+    low[random.random(count) < 0.3] = 0.0
+    limit = SumLimit(slice(0, (count + 1) // 2), float(random.random()))
+    x = solve_within(normal, right, low, high, limit=limit)
+    assert np.all((x >= low) & (x <= high))
+    total = x[limit.places].sum()
+    assert total <= limit.most + 1e-9
+    slope = normal @ x - right
+    inside = (x > low + 1e-9) & (x < high - 1e-9)
+    mine = inside[limit.places]
+    multiplier = -float(np.median(slope[limit.places][mine])) if mine.any() else 0.0
+    if total < limit.most - 1e-9:
+        multiplier = 0.0
+    assert multiplier >= -1e-6
+    slope[limit.places] += multiplier
+    np.testing.assert_allclose(slope[inside], 0.0, atol=1e-6)
+    if mine.any() or total < limit.most - 1e-9:
+        assert np.all(slope[x <= low] >= -1e-6)
+        assert np.all(slope[x >= high] <= 1e-6)
 
 
 def test_a_nonlinear_problem_is_solved_like_scipy() -> None:

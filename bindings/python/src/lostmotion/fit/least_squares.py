@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.linalg import cho_factor, cho_solve
-from scipy.optimize import brentq, lsq_linear
+from scipy.linalg.lapack import dposv
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -17,8 +16,11 @@ FIRST_DAMPING = 1e-4
 
 LEAST_DAMPING, GREATEST_DAMPING = 1e-12, 1e8
 
-PIVOTS_MOST = 60
-"""Largest number of active-set changes; five to ten are usual."""
+CHANGES_MOST = 20
+"""Changes of the active bounds for each unknown, at most; one to ten in all are usual."""
+
+DRAWN = 1e-12
+"""Gradient at a bound, relative to the largest, that is rounding and does not free an unknown."""
 
 LEAST_DIAGONAL = 1e-12
 """Least relative diagonal: unknowns that the samples do not determine are kept."""
@@ -146,16 +148,20 @@ def solve_within(
 ) -> FloatArray:
     """Solve normal equations within a box: `x` of least ``x @ normal @ x / 2 - right @ x``.
 
+    By a primal active-set method (Nocedal and Wright, Numerical Optimization, 2nd ed., algorithm
+    16.3): the objective decreases with every change, so it does not cycle, however nearly singular
+    the matrix is.
+
     Parameters
     ----------
     normal : ndarray
         Symmetric, positive semidefinite.
     right, low, high : ndarray
-        ``low < high``.
+        ``low < high``. The point of the box nearest to zero must satisfy the limit.
     damping : float
         Added to the diagonal, in its own units.
     limit : SumLimit, optional
-        Limit of a sum of unknowns, enforced by a Lagrange multiplier.
+        Limit of a sum of unknowns, one more bound that may be active.
     """
     diagonal = np.diag(normal)
     floor = LEAST_DIAGONAL * max(float(diagonal.max()), 1e-300)
@@ -167,67 +173,48 @@ def solve_within(
     while True:
         firm = scaled + extra * np.eye(scaled.shape[0])
         try:
-            factor = np.linalg.cholesky(firm)
+            np.linalg.cholesky(firm)
             break
         except np.linalg.LinAlgError:
             extra *= 10.0
 
-    def within(drawn: FloatArray) -> FloatArray:
-        found = pivoted(firm, drawn * scale, low / scale, high / scale)
-        if found is None:
-            found = lsq_linear(
-                factor.T,
-                np.linalg.solve(factor, drawn * scale),
-                bounds=(low / scale, high / scale),
-                method="bvls",
-                tol=1e-12,
-                max_iter=50 * scale.size,
-            ).x
-        return np.asarray(found * scale, dtype=np.float64)
-
-    x = within(right)
-    if limit is None or x[limit.places].sum() <= limit.most:
-        return x
-    places, most = limit.places, limit.most
-
-    def beyond(multiplier: float) -> float:
-        drawn = right.copy()
-        drawn[places] -= multiplier
-        return float(within(drawn)[places].sum()) - most
-
-    # The sum is a decreasing, piecewise linear function of the multiplier.
-    high_enough = float(np.abs(right[places]).max()) + 1e-300
-    while beyond(high_enough) > 0 and high_enough < np.inf:
-        high_enough *= 4.0
-    multiplier = float(brentq(beyond, 0.0, high_enough, xtol=1e-9 * high_enough, rtol=1e-9))
-    drawn = right.copy()
-    drawn[places] -= multiplier
-    return within(drawn)
-
-
-def pivoted(
-    normal: FloatArray, right: FloatArray, low: FloatArray, high: FloatArray
-) -> FloatArray | None:
-    """Solve positive definite normal equations within a box by block principal pivoting.
-
-    All unknowns that leave the box are set to its bounds at once, and all that return are freed
-    (Judice and Pires, Computers & Operations Research 21 (1994) 587): a few small factorisations.
-    None if it cycles, or if a part cannot be factored.
-    """
-    at_low, at_high = np.zeros(right.size, dtype=np.bool_), np.zeros(right.size, dtype=np.bool_)
-    for _ in range(PIVOTS_MOST):
-        free = ~(at_low | at_high)
-        x = np.where(at_low, low, np.where(at_high, high, 0.0))
-        if free.any():
-            beside = right[free] - normal[np.ix_(free, ~free)] @ x[~free]
-            try:
-                x[free] = cho_solve(cho_factor(normal[np.ix_(free, free)]), beside)
-            except np.linalg.LinAlgError:
-                return None
-        slope = normal @ x - right
-        below, above = free & (x < low), free & (x > high)
-        drawn = (at_low & (slope < 0)) | (at_high & (slope > 0))
-        if not (below | above | drawn).any():
-            return np.asarray(x)
-        at_low, at_high = (at_low & ~drawn) | below, (at_high & ~drawn) | above
-    return None
+    least, greatest, drawn = low, high, right * scale
+    low, high = low / scale, high / scale
+    weight, most = np.zeros(right.size), np.inf
+    if limit is not None:
+        weight[limit.places], most = scale[limit.places], limit.most
+    x = np.clip(0.0, low, high)
+    side = np.where((x <= low) & (drawn < 0), -1, np.where((x >= high) & (drawn > 0), 1, 0))
+    limited = False
+    for _ in range(CHANGES_MOST * right.size):
+        free, multiplier, step = np.flatnonzero(side == 0), 0.0, np.zeros_like(x)
+        if free.size:
+            sides = np.column_stack((drawn - firm @ x, weight))[free]
+            _, moves, _ = dposv(firm[free[:, None], free], sides)
+            step[free] = moves[:, 0]
+            fall = float(weight[free] @ moves[:, 1])
+            if limited and fall > 0.0:
+                multiplier = float(weight @ (x + step) - most) / fall
+                step[free] -= multiplier * moves[:, 1]
+        bound = np.where(step < 0, low, high)
+        share = np.full(x.size, np.inf)
+        with np.errstate(over="ignore"):  # a vanishing step reaches no bound
+            np.divide(bound - x, step, out=share, where=step != 0)
+        first, grows = int(np.argmin(share)), float(weight @ step)
+        room = np.inf
+        if grows > 0.0 and not limited:
+            room = max(most - float(weight @ x), 0.0) / grows
+        x += min(float(share[first]), room, 1.0) * step
+        if room < min(share[first], 1.0):
+            limited = True
+        elif share[first] < 1.0:
+            side[first], x[first] = np.sign(step[first]), bound[first]
+        elif multiplier < 0.0:
+            limited = False
+        else:
+            pull = side * (firm @ x - drawn + multiplier * weight)
+            first = int(np.argmax(pull))
+            if pull[first] <= DRAWN * np.abs(drawn).max():
+                break
+            side[first] = 0
+    return np.asarray(np.clip(x * scale, least, greatest), dtype=np.float64)
