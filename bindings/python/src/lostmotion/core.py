@@ -80,6 +80,7 @@ class Core:
             self.ffi.buffer(cdata, count * self.ffi.sizeof(kind)), dtype=self.record_type(kind)
         )
 
+    @cache  # noqa: B019  there are two objects of the class, for good
     def record_type(self, kind: Any) -> np.dtype[Any]:
         """Describe a C type to NumPy."""
         if kind.kind == "primitive":

@@ -168,12 +168,7 @@ class Contest:
         rank = turn.shape[1]
         if rank == 0:
             return None
-        # Rotate the block into its visible directions.
-        change = np.zeros((index.size, n0 + rank + 1))
-        change[:n0, :n0] = np.eye(n0)
-        change[n0:-1, n0:-1] = turn
-        change[-1, -1] = 1.0
-        seen = Reduced(change.T @ reduced.matrix @ change, reduced.log_det)
+        seen = Reduced(rotated(reduced.matrix, turn, n0), reduced.log_det)
         ridge = np.append(e.ridge(index)[:n0], np.full(rank, 1e-10))
         found = fit_both(seen, ridge, n0)
         # With and without, each under its own variances.
@@ -213,6 +208,22 @@ def visible_directions(e: Evidence, reduced: Reduced, index: IntArray) -> FloatA
     value, vector = np.linalg.eigh(left * np.outer(unit, unit))
     keep = value > max(VISIBLE, RANK * max(float(value[-1]), 0.0))
     return np.asarray(vector[:, keep] * unit[:, None])
+
+
+def rotated(matrix: FloatArray, turn: FloatArray, n0: int) -> FloatArray:
+    """Rotate a block of symmetric matrices, between `n0` columns and the last, by ``x @ turn``."""
+    first, last = slice(0, n0), n0 + turn.shape[1]
+    block = matrix[:, :, n0:-1] @ turn
+    out = np.empty((matrix.shape[0], last + 1, last + 1))
+    out[:, first, first] = matrix[:, first, first]
+    out[:, first, n0:last] = block[:, first]
+    out[:, n0:last, n0:last] = turn.T @ block[:, n0:-1]
+    out[:, first, last] = matrix[:, first, -1]
+    out[:, n0:last, last] = block[:, -1]
+    out[:, last, last] = matrix[:, -1, -1]
+    out[:, n0:last, first] = out[:, first, n0:last].transpose(0, 2, 1)
+    out[:, last, :last] = out[:, :last, last]
+    return out
 
 
 def fit_both(reduced: Reduced, ridge: FloatArray, n0: int) -> Estimates:

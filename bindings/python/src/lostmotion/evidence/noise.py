@@ -98,9 +98,16 @@ class Noise:
         kept = rows - skipped
         return out[place >= np.repeat(skipped, rows)], np.cumsum(kept) - kept
 
+    @cached_property
+    def ratios(self) -> FloatArray:
+        """Standard deviation of the noise over that of its innovations, of each run."""
+        models = {id(phi): phi for phi in self.phi}  # runs of one sampling rate share theirs
+        ratio = {key: np.sqrt(variance_of(phi)) for key, phi in models.items()}
+        return np.array([ratio[id(phi)] for phi in self.phi])
+
     def spread(self, run: int) -> float:
         """Standard deviation of the noise itself, arc seconds."""
-        return float(self.sigma[run] * np.sqrt(variance_of(self.phi[run])))
+        return float(self.sigma[run] * self.ratios[run])
 
 
 def variance_of(phi: FloatArray) -> float:

@@ -15,7 +15,7 @@ series must leave some compliance of the torsion curve.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
@@ -39,7 +39,6 @@ from lostmotion.torsion_curve import run_plays
 from lostmotion.units import ARCSEC
 
 FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.intp]
 
 Started = list[tuple[slice, FloatArray]]
 """Rows of the first run of each session, and the operators' derivatives there by start states."""
@@ -158,26 +157,6 @@ def start_columns(radius_Nm: FloatArray, widening: FloatArray, followed: FloatAr
     """
     high, low = (run_plays(radius_Nm, followed, state, widening) for state in (0.5, -0.5))
     return high - low
-
-
-def moved_before(
-    followed: FloatArray,
-    radius_Nm: FloatArray,
-    widening: FloatArray,
-    sessions: Iterable[slice],
-    starts: IntArray,
-) -> Iterator[tuple[slice, FloatArray]]:
-    """Rows of the first run of each session, and `start_columns` there.
-
-    Parameters
-    ----------
-    starts : ndarray
-        Offsets of the runs.
-    """
-    for session in sessions:
-        end = starts[np.searchsorted(starts, session.start, side="right")]
-        at = slice(session.start, int(end))
-        yield at, start_columns(radius_Nm, widening, followed[at])
 
 
 @dataclass
@@ -323,9 +302,13 @@ class Hysteresis:
 
     def started(self) -> Started:
         """Rows of the first run of each session, and derivatives there by the start states."""
-        c = self.conditions
-        followed = envelope(c.torque, self.envelope_Nm, self.knee_Nm)
-        return list(moved_before(followed, self.radius_Nm, self.growth, self.sessions, c.starts))
+        c, out = self.conditions, []
+        for session in self.sessions:
+            end = c.starts[np.searchsorted(c.starts, session.start, side="right")]
+            at = slice(session.start, int(end))
+            followed = envelope(c.torque[at], self.envelope_Nm, self.knee_Nm)
+            out.append((at, start_columns(self.radius_Nm, self.growth, followed)))
+        return out
 
     def add(self, out: FloatArray, plays: FloatArray, weights: FloatArray) -> None:
         """Add the weighted operators to `out`, including start states."""
