@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from scipy.optimize import least_squares
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from lostmotion.drives import Drive, parse_drive
 from lostmotion.errors import InputError
@@ -184,7 +184,7 @@ def constants_with_intervals(
     scatter = float(np.mean(found.fun**2)) * slopes / free
     curvature = found.jac.T @ found.jac * slopes / found.fun.size
     spread = np.sqrt(np.diagonal(scatter * np.linalg.pinv(curvature)))
-    wide = student.ppf(0.5 + CONFIDENCE / 2, free) * spread
+    wide = stdtrit(free, 0.5 + CONFIDENCE / 2) * spread
     result = []
     for name, begin, log, width in zip(names, start, found.x, wide, strict=True):
         seen = bool(np.isfinite(width) and 0 < width < np.log(FACTOR_MOST))

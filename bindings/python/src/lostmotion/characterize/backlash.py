@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+from scipy import special
 
 from lostmotion.characterize.figures import Estimate, figure, none
 from lostmotion.characterize.stretches import FEW_READINGS, Samples
@@ -82,6 +82,6 @@ def find_backlash(samples: Samples, slopes: int) -> Backlash:
         best = fit_slopes(samples.beyond(CLOSED * best.takeup_Nm), slopes, best.takeup_Nm)
         step, variance = best.step_rad, best.step_variance
         return Backlash(figure(2.0 * step, 4.0 * variance, best.dof), fit=best)
-    bound = max(step, 0.0) + float(stats.t.ppf(CONFIDENCE, best.dof)) * np.sqrt(variance)
+    bound = max(step, 0.0) + float(special.stdtrit(best.dof, CONFIDENCE)) * np.sqrt(variance)
     why = "no step of the mean curve near zero" if closes else "a soft first slope, no step"
     return Backlash(none(why), 2.0 * float(bound))

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy import stats
+from scipy import special
 
 from lostmotion.catalogue import REVERSAL_TORQUE_SHARE
 from lostmotion.characterize.stretches import FEW_READINGS, Samples
@@ -79,7 +79,7 @@ def none(reason: str) -> Estimate:
 def figure(value: float, variance: float, dof: float) -> Estimate:
     """Make a figure from its variance, with an interval by Student's t."""
     error = float(np.sqrt(max(variance, 0.0)))
-    half = float(stats.t.ppf(0.5 + CONFIDENCE / 2.0, dof)) * error
+    half = float(special.stdtrit(dof, 0.5 + CONFIDENCE / 2.0)) * error
     return Estimate(value, error, (value - half, value + half))
 
 

@@ -24,7 +24,8 @@ from itertools import combinations, pairwise
 
 import numpy as np
 import numpy.typing as npt
-from scipy import optimize, stats
+from scipy import optimize, special
+from scipy.linalg.lapack import dpocon, dposv
 
 from lostmotion.characterize.stretches import CELLS, FEW_READINGS, Samples
 
@@ -83,6 +84,12 @@ KINK_APART = 0.06
 range of torque.
 """
 
+SINGULAR = 1e-9
+"""Reciprocal condition below which equations do not determine their solution."""
+
+WELL_CONDITIONED = 1e-6
+"""Reciprocal condition of normal equations above which their solution keeps ten digits."""
+
 KINK_WALD = 8.68
 """Critical Wald statistic of a change of slope at an unknown torque: 5 %
 critical value for one parameter, 15 % trimmed at either end (Andrews, Econometrica 71 (2003),
@@ -134,7 +141,7 @@ class CurveFit:
     @property
     def critical(self) -> float:
         """Critical value of t for a kink or a step at these degrees of freedom."""
-        return float(stats.t.isf(stats.norm.sf(np.sqrt(KINK_WALD)), self.kink_dof))
+        return -float(special.stdtrit(self.kink_dof, special.ndtr(-np.sqrt(KINK_WALD))))
 
     def kinks_shown(self) -> bool:
         """Whether every change of slope is significant."""
@@ -240,7 +247,20 @@ def without_loop_means(columns: FloatArray, loop: IntArray) -> FloatArray:
 def least_squares(columns: FloatArray, values: FloatArray) -> FloatArray:
     """Least squares for columns of different norms; minimum norm if it is not unique."""
     size = column_sizes(columns)
-    return np.asarray(np.linalg.lstsq(columns / size, values, rcond=1e-9)[0] / size)
+    scaled = columns / size
+    found = solve_determined(scaled.T @ scaled, scaled.T @ values, WELL_CONDITIONED)
+    if found is not None:
+        return found / size
+    return np.asarray(np.linalg.lstsq(scaled, values, rcond=SINGULAR)[0] / size)
+
+
+def solve_determined(normal: FloatArray, gradient: FloatArray, least: float) -> FloatArray | None:
+    """Solve normal equations; None if their reciprocal condition is not above the least one."""
+    factor, found, failed = dposv(normal, gradient)
+    if failed:
+        return None
+    reciprocal, _ = dpocon(factor, float(np.abs(normal).sum(axis=0).max()))
+    return np.asarray(found) if reciprocal > least else None
 
 
 def column_sizes(columns: FloatArray) -> FloatArray:
@@ -334,13 +354,19 @@ def covariance_of(
 def jackknife(design: FloatArray, residual: FloatArray, blocks: IntArray) -> FloatArray:
     """Covariance of least squares by leaving out one block at a time, linearised."""
     whole = design.T @ design
-    _, blocks = np.unique(blocks, return_inverse=True)
-    count = int(blocks.max()) + 1
+    order = np.argsort(blocks, kind="stable")
+    ends = np.flatnonzero(np.diff(blocks[order])) + 1
+    design, residual = design[order], residual[order]
+    pieces = [slice(a, b) for a, b in pairwise([0, *ends.tolist(), order.size])]
+    count = len(pieces)
     shifts = np.zeros((count, design.shape[1]))
-    for b in range(count):
-        rows = design[blocks == b]
-        gradient = rows.T @ residual[blocks == b]
-        shifts[b] = -np.linalg.lstsq(whole - rows.T @ rows, gradient, rcond=1e-9)[0]
+    for b, at in enumerate(pieces):
+        rows = design[at]
+        rest, gradient = whole - rows.T @ rows, rows.T @ residual[at]
+        shift = solve_determined(rest, gradient, SINGULAR)
+        if shift is None:
+            shift = np.asarray(np.linalg.lstsq(rest, gradient, rcond=SINGULAR)[0])
+        shifts[b] = -shift
     shifts -= shifts.mean(axis=0)
     return np.asarray((count - 1) / count * shifts.T @ shifts)
 
@@ -390,7 +416,7 @@ def developed(samples: Samples) -> Samples:
     if usual <= 0 or np.any(loop.half_width_rad[inside] < DEVELOPED * usual):
         return samples
     error = np.sqrt(np.maximum(np.diag(loop.covariance), 0.0))
-    closed = usual - loop.half_width_rad > stats.t.ppf(CONFIDENCE, loop.dof) * error
+    closed = usual - loop.half_width_rad > special.stdtrit(loop.dof, CONFIDENCE) * error
     closed &= ~inside
     if not np.any(closed):
         return samples
@@ -510,7 +536,7 @@ class KinkSearch:
             return []
         choices, squares = self.errors(kinks_Nm.size)
         best = min(self.error(kinks_Nm), float(squares.min()))
-        t = float(stats.t.ppf(0.5 + CONFIDENCE / 2.0, dof))
+        t = float(special.stdtrit(dof, 0.5 + CONFIDENCE / 2.0))
         within = choices[squares <= best + t**2 * max(best / dof, least)]
         step = float(KINKS[1] - KINKS[0])
         found = []
@@ -572,7 +598,7 @@ def falls_enough(samples: Samples, fewer: CurveFit, more: CurveFit) -> bool:
     """Whether another slope significantly lowers the error of few readings."""
     before, after = (float(fit.residual_rad @ fit.residual_rad) for fit in (fewer, more))
     variance = max(after / more.dof, samples.resolution_rad**2 / 12.0)
-    limit = float(stats.f.isf(stats.chi2.sf(FEW_KINK_WALD, 2), 2, more.dof))
+    limit = float(special.fdtri(2, more.dof, special.chdtr(2, FEW_KINK_WALD)))
     return before - after > 2.0 * limit * variance
 
 

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.signal import lombscargle
 
 from lostmotion.effects.conditions import Conditions
 from lostmotion.errors import InputError, given_as
@@ -37,6 +36,8 @@ have orders 2 and 4 of the input.
 
 def amplitudes(angle_rad: FloatArray, residual: FloatArray, order: FloatArray) -> FloatArray:
     """Amplitude of a residual at orders of an angle: the periodogram of Lomb and Scargle."""
+    from scipy.signal import lombscargle  # takes half a second to load
+
     power = lombscargle(angle_rad, residual - residual.mean(), order)
     return np.asarray(np.sqrt(4.0 * np.maximum(power, 0.0) / residual.size))
 
