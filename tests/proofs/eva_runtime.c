@@ -114,7 +114,7 @@ static void run_effects(void) {
 
 void prove_step(void) {
   lm_fault fault;
-  lm_saved saved;
+  static lm_saved saved; /* in memory that survives power-down, with any content */
   lm_headroom room;
   lm_conditions at;
   lm_standstill standstill = {0, 0, 0};
