@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import shlex
 import threading
+import time
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from html import escape
@@ -123,6 +125,10 @@ class Search:
         self.threads.shutdown(cancel_futures=True)
 
 
+PICTURE_S = 1.0
+"""Least time between two pictures of the front while a search runs."""
+
+
 class DesignPanel(Panel):
     """Search a design."""
 
@@ -170,6 +176,7 @@ class DesignPanel(Panel):
             ui.label(search.message).classes("message").props("role=alert").style("margin-top: 8px")
         self.live = ui.element("div").props("id=live aria-live=polite").style("margin-top: 12px")
         self.picture = ui.element("div").classes("front")
+        self.pictured = -math.inf
         self.details = ui.element("div").props("id=design")
         if self.drawn_result is not search.result:
             self.drawn_result, self.picked = search.result, None
@@ -195,8 +202,8 @@ class DesignPanel(Panel):
         """Draw progress and the front so far."""
         seen = self.search.seen
         self.live.clear()
-        self.picture.clear()
         if seen is None:
+            self.picture.clear()
             with self.live:
                 if self.search.running:
                     ui.label("starting")
@@ -228,6 +235,12 @@ class DesignPanel(Panel):
                 )
                 + "</dl>"
             )
+        # A chart takes longer to draw than the numbers: not at every step of a search.
+        now = time.monotonic()
+        if self.search.running and now - self.pictured < PICTURE_S:
+            return
+        self.pictured = now
+        self.picture.clear()
         front, names, units = self.front(), self.search.names, self.search.units
         with self.picture:
             if result is not None and len(names) > 2:
@@ -256,11 +269,12 @@ class DesignPanel(Panel):
     def turn(self, place: int, objective: int) -> None:
         """Draw another objective."""
         self.axes = (objective, self.axes[1]) if place == 0 else (self.axes[0], objective)
+        self.pictured = -math.inf
         self.draw_live()
 
     def pick(self, number: int) -> None:
         """Pick a design of the front."""
-        self.picked = number
+        self.picked, self.pictured = number, -math.inf
         self.draw_live()
         self.draw_details()
 
