@@ -180,6 +180,7 @@ class DesignPanel(Panel):
         self.details = ui.element("div").props("id=design")
         if self.drawn_result is not search.result:
             self.drawn_result, self.picked = search.result, None
+        self.live_version = search.version
         self.draw_live()
         self.draw_details()
 

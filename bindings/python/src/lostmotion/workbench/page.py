@@ -34,6 +34,13 @@ STYLE = Path(__file__).with_name("style.css")
 WITHOUT_TOKEN = "<script>history.replaceState(null, '', '/')</script>"
 """Removes the token from the address bar and the history; from here on it is in the cookie."""
 
+HIDDEN_CHARTS = """<script>
+for (const kind of ['error', 'unhandledrejection']) addEventListener(kind, (event) => {
+  if (/displayed plot div/.test(event.message ?? event.reason)) event.preventDefault();
+});
+</script>"""
+"""Plotly refuses to fit a chart to its place while that is hidden; it does so when it is shown."""
+
 LOOK_S = 0.2
 """Interval at which the page polls the bench for changes."""
 
@@ -91,7 +98,7 @@ class Page:
         ui.colors(primary="#0077bb")
         ui.dark_mode(None)  # dark mode as set in the system
         ui.add_css(STYLE)
-        ui.add_head_html(WITHOUT_TOKEN)
+        ui.add_head_html(WITHOUT_TOKEN + HIDDEN_CHARTS)
         ui.page_title("lostmotion workbench")
         with ui.element("header").classes("top"):
             ui.label("lostmotion workbench").classes("brand")
