@@ -6,9 +6,12 @@ import numpy as np
 import pytest
 from small_campaigns import RATED_NM, RATIO, answer_of, campaign, gap
 
+from lostmotion.candidates.named import tangent
 from lostmotion.discover import diagnose
 from lostmotion.discover.conclusion import HYSTERESIS_FORM
+from lostmotion.discover.form_variance import confounded_effects, largest_model
 from lostmotion.effects.conditions import Conditions
+from lostmotion.effects.library import library
 from lostmotion.evidence.gram import gather
 from lostmotion.evidence.noise import Noise
 from lostmotion.evidence.scatter import reduce
@@ -51,6 +54,18 @@ def test_runs_that_repeat_a_torque_path_share_what_is_along_it():
     assert basis(data).repeats() == [[0, 3, 6], [1, 4], [2, 5]]
     data.runs[6].columns["torque"] = 0.8 * data.runs[6].columns["torque"]
     assert basis(data).repeats() == [[0, 3], [1, 4], [2, 5]]
+
+
+@pytest.mark.parametrize(("slower", "confounded"), [(1.0, {"creep"}), (30.0, set())])
+def test_creep_is_a_form_of_hysteresis_where_all_runs_have_one_rate(slower, confounded):
+    data = campaign(5, runs=6, rows=250)
+    for run in data.runs[3:]:
+        run.columns["time"] = slower * run.columns["time"]
+    base = BaselineModel(Conditions(data), RATED_NM)
+    base.fit()
+    effects = [library()[name] for name in ("creep", "thermal_gap")]
+    candidates = [tangent(effect, base, base.at(), RATIO) for effect in effects]
+    assert confounded_effects(largest_model(base, candidates), candidates) == confounded
 
 
 def test_what_runs_of_one_load_share_is_no_effect_and_no_scatter():

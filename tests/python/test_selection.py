@@ -95,7 +95,7 @@ def test_a_lead_that_does_not_pass_hides_no_weaker_one(warm_gap, monkeypatch):
         return contender
 
     monkeypatch.setattr(RecordedModel, "with_candidate", flattering)
-    monkeypatch.setattr(RecordedModel, "more_starts", lambda _, leads, count: leads)
+    monkeypatch.setattr(RecordedModel, "more_starts", lambda _, current, leads, count: leads)
     least = 0.5 * first.round.size_of(blurred)
     model = model_before(warm_gap)
     results = [blurred, found["thermal_gap"]]

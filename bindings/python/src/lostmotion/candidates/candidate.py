@@ -47,6 +47,9 @@ class Candidate:
         One of `KINDS`: candidates of a kind share a part of the test level.
     formula : str
         A shape as ``fit --add`` takes it, where it can be written.
+    of_form : bool
+        Whether it is confounded with the form error: with this plan it is a function of the torque
+        and its history, as creep is if all runs have the same loading rate.
     """
 
     name: str
@@ -62,6 +65,7 @@ class Candidate:
     also: list[tuple[str, str]] = field(default_factory=list)
     kind: str = "shape"
     formula: str = ""
+    of_form: bool = False
 
     def __post_init__(self) -> None:
         """Set the kind of effects."""

@@ -54,6 +54,7 @@ from lostmotion.report.wording import (
     NOISE_FLOOR_IS,
     NOT_FITTED,
     TOO_SMALL,
+    confounded_with,
 )
 from lostmotion.terminal import Progress, deliver, show_findings
 from lostmotion.threads import one_thread
@@ -263,7 +264,7 @@ def show_diagnosis(answer: Mapping[str, Any], out: TextIO) -> None:
             print(f'  to fit it: fit --add "{one["formula"]}"', file=out)
     print("\nstrongest candidates:", file=out)
     for candidate in [c for c in answer["candidates"] if c["testable"]][:5]:
-        others = ", ".join(candidate["confused_with"])
+        others = ", ".join(confounded_with(candidate))
         notes = [f"confounded with {others}"] if others else []
         if candidate.get("too_small"):
             notes.append(f"{candidate['size_arcsec']:.2g} arcsec, {TOO_SMALL}")

@@ -284,7 +284,7 @@ def list_candidates(
         confused = sorted(present) if result.name in rivals else []
         p = family_p(where.round, candidate, result)
         made = entry(effect, values_array, held, result.gain, p, confused, size)
-        out.append({**made, "too_small": stands_out and not large})
+        out.append({**made, "too_small": stands_out and not large, "of_form": candidate.of_form})
     closed = {**selection.steps[0].round.closed, **last.round.closed}
     for name in effects:
         if name not in shown and not (effects[name].steps and name in present):

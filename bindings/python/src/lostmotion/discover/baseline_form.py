@@ -25,12 +25,14 @@ import numpy.typing as npt
 
 from lostmotion import rules
 from lostmotion.candidates import shapes
+from lostmotion.candidates.candidate import LOAD_NEEDS
 from lostmotion.candidates.named import tangent
 from lostmotion.discover.contest_round import make_candidates
-from lostmotion.discover.gates import runs_separate
+from lostmotion.discover.gates import is_of_form, runs_separate
 from lostmotion.discover.linearise import noise_rms
 from lostmotion.discover.measurement_noise import estimate_noise
 from lostmotion.discover.refits import without_deviations
+from lostmotion.discover.terms import beyond_form
 from lostmotion.effects.effect import Effect
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.forms import friction_form, in_form, leads_to
@@ -197,8 +199,8 @@ def form_beside(
 ) -> Friction:
     """Choose the form with the effects found in the model.
 
-    Effects that depend on the torque alone may have imitated the form: all of them together are its
-    rival.
+    Effects that depend on the torque alone, or on its history as another form would, may have
+    imitated the form: a model with them is its rival, if it is not a single hysteresis effect.
 
     Parameters
     ----------
@@ -208,11 +210,31 @@ def form_beside(
         With the effects.
     """
     beside = base.copy()
-    beside.terms = [term.copy() for term in found.terms if not term.effect.needs <= {"torque_Nm"}]
+    imitates = [may_imitate_form(found, term) for term in found.terms]
+    beside.terms = [term.copy() for term, out in zip(found.terms, imitates, strict=True) if not out]
     beside.fit()
-    several = len(found.terms) > len(beside.terms) + 1
-    rival = tried(without_deviations(found)) if several else None
+    imitators = [term.effect for term, out in zip(found.terms, imitates, strict=True) if out]
+    known = not imitators or (len(imitators) == 1 and imitators[0].is_hysteresis)
+    rival = None if known else tried(in_form_of(base, found))
     return choose_form(beside, effects, ratio, rival=rival).form
+
+
+def in_form_of(base: BaselineModel, found: BaselineModel) -> BaselineModel:
+    """The effects of a model without another form than that of a baseline model."""
+    if friction_form(found) == friction_form(base):
+        return without_deviations(found)
+    plain = base.copy()
+    plain.terms = [term.copy() for term in found.terms]
+    plain.fit()
+    return plain
+
+
+def may_imitate_form(found: BaselineModel, term: Term) -> bool:
+    """Whether an effect of a model does with this plan what another form of hysteresis may do."""
+    needs = term.effect.needs
+    if needs <= {"torque_Nm"}:
+        return True
+    return needs <= LOAD_NEEDS and is_of_form(beyond_form(found, term))
 
 
 def better_than_forms(with_effect: BaselineModel) -> bool:

@@ -44,14 +44,21 @@ class Step:
 def choose(
     model: GrowingModel, current: ContestRound, results: list[Result], limits: LeastSizes
 ) -> Step:
-    """Find the strongest missing candidate, or none."""
+    """Find the strongest missing candidate, or none.
+
+    A candidate that is confounded with the form error counts as one, unless a model without form
+    error finds it (`GrowingModel.more_starts`): then it is selected first, as a form would be,
+    and only such candidates are its rivals.
+    """
     paid = paid_by_kind(current)
-    contenders, rejected = try_shortlist(model, current, results, limits, paid)
+    apart = [result for result in results if not current.candidates[result.name].of_form]
+    contenders, rejected = try_shortlist(model, current, apart, limits, paid)
     confirmed = [c for c in contenders if c.passes]
     if limits.kept:
         confirmed, idle = of_use(model, confirmed)
         rejected |= {c.name for c in idle}
-    effect = simplest([c for c in confirmed if c.candidate.named])
+    effects = [c for c in confirmed if c.candidate.named]
+    effect = simplest([c for c in effects if of_form(current, c)] or effects)
     shape = simplest([c for c in confirmed if not c.candidate.named])
     if shape is not None:
         sharper = model.sharpened(current, shape)
@@ -70,15 +77,23 @@ def choose(
         large = [
             result
             for result in results
-            if result.name in names
+            if (result.name in names and (result not in apart) is of_form(current, selected))
             or (
-                result.name not in rejected
+                result in apart
+                and not of_form(current, selected)
+                and result.name not in rejected
                 and limits.meets(current, result, current.size_of(result))
             )
         ]
         alike = rivals(current, large, contenders, selected)
         step.rivals = model.substitutes(current, selected, alike)
     return step
+
+
+def of_form(current: ContestRound, contender: Contender) -> bool:
+    """Whether a candidate is confounded with the form error."""
+    candidate = current.candidates.get(contender.name)
+    return candidate is not None and candidate.of_form
 
 
 def try_shortlist(
@@ -99,7 +114,7 @@ def try_shortlist(
     passed = find_leads(current, results, paid, limits)
     shortlist = strongest(passed)
     reserve = without(passed, shortlist)
-    shortlist = model.more_starts(shortlist, paid["effect"])
+    shortlist = model.more_starts(current, shortlist, paid["effect"])
 
     def counting(leads: list[Lead]) -> list[Lead]:
         return [

@@ -19,9 +19,10 @@ from lostmotion.candidates.candidate import Candidate
 from lostmotion.candidates.named import tangent
 from lostmotion.candidates.shapes import ANGLE_ORDERS, channels, legendre, varying_parts
 from lostmotion.discover.answer import Diagnosis
-from lostmotion.discover.contest_round import swing_by_run
-from lostmotion.discover.form_variance import with_form_error
-from lostmotion.discover.linearise import columns_of, settle
+from lostmotion.discover.contest_round import make_round, swing_by_run
+from lostmotion.discover.form_variance import largest_model, mark_of_form, with_form_error
+from lostmotion.discover.gates import judge_all
+from lostmotion.discover.linearise import Settled, columns_of, settle
 from lostmotion.discover.terms import term_size
 from lostmotion.effects.columns import NO_COLUMN, missing_columns
 from lostmotion.effects.conditions import side_by_side
@@ -93,6 +94,12 @@ def gather_body(diagnosis: Diagnosis, effects: Mapping[str, Effect], ratio: floa
     candidates, closed = common_candidates(
         base, {name: effect for name, effect in effects.items() if name not in names}, ratio
     )
+    if base.form_error is not None:
+        known = make_round(Settled(base, settled.contest, noise), candidates, closed)
+        mark_of_form(largest_model(base, candidates), known, judge_all(known))
+        for candidate in candidates:
+            # An effect that the diagnosis found without a form error remains an effect.
+            candidate.of_form &= candidate.name not in diagnosis.effects
     blocks = [(candidate.name, candidate.columns) for candidate in candidates]
     fixed, precision, scatter, response = columns_of(base, at)
     white = gather(fixed, precision, scatter, blocks, response, noise, c.starts)
@@ -124,6 +131,7 @@ def gather_body(diagnosis: Diagnosis, effects: Mapping[str, Effect], ratio: floa
                     "starts": [s.tolist() for s in k.starts],
                     "start_of": k.start_of,
                     "kind": k.kind,
+                    "of_form": k.of_form,
                 }
                 for k in candidates
             ],

@@ -216,6 +216,7 @@ def candidates_of(body: Body, effects: Mapping[str, Effect]) -> list[Candidate]:
             [np.array(s) for s in k["starts"]],
             list(k["start_of"]),
             kind=k["kind"],
+            of_form=k["of_form"],
         )
         for k in body.about["candidates"]
     ]

@@ -10,11 +10,13 @@ import numpy.typing as npt
 
 from lostmotion import rules
 from lostmotion.candidates.candidate import Candidate
-from lostmotion.discover.contest_round import Projector, form_size, swing_by_run
+from lostmotion.discover.contest_round import Projector, RecordedRound, form_size, swing_by_run
+from lostmotion.discover.gates import is_of_form
 from lostmotion.discover.linearise import Settled, columns_of, form_part, noise_rms
+from lostmotion.discover.measurement_noise import LargestModel
 from lostmotion.discover.shortlist import least_sizes
 from lostmotion.effects.conditions import side_by_side
-from lostmotion.evidence.contest import FIRST_OMEGA
+from lostmotion.evidence.contest import FIRST_OMEGA, Result
 from lostmotion.evidence.gram import Evidence, gather
 from lostmotion.evidence.noise import Noise
 from lostmotion.evidence.scatter import RestrictedLikelihood, reduce
@@ -37,12 +39,66 @@ def with_form(base: BaselineModel, candidates: Sequence[Candidate]) -> list[Floa
     return [*(candidate.columns for candidate in candidates), base.form_basis.columns]
 
 
+def largest_model(base: BaselineModel, candidates: Sequence[Candidate]) -> LargestModel:
+    """The model with all candidates, and the columns of the form error as its last block."""
+    return LargestModel.of(base, with_form(base, candidates))
+
+
+def confounded_effects(largest: LargestModel, candidates: Sequence[Candidate]) -> set[str]:
+    """Named candidates of which every column is confounded with the form error."""
+    return {
+        candidate.name
+        for number, candidate in enumerate(candidates)
+        if candidate.named
+        and all(
+            is_of_form(largest.beyond_last(number, unit))
+            for unit in np.eye(candidate.columns.shape[1])
+        )
+    }
+
+
+def mark_of_form(largest: LargestModel, current: RecordedRound, results: Sequence[Result]) -> None:
+    """Mark the candidates whose results are confounded with the form error, if there is one.
+
+    Parameters
+    ----------
+    largest : LargestModel
+        With the candidates of the round in their order, without differences between runs.
+    """
+    if current.settled.base.form_error is None:
+        return
+    numbers = {name: number for number, name in enumerate(current.candidates)}
+    blocks = current.contest.evidence.blocks
+    for result in results:
+        number = numbers[result.name]
+        coefficients = np.zeros(blocks[result.name].size)
+        if largest.width(number) != coefficients.size:
+            continue
+        coefficients[np.isin(blocks[result.name], blocks[result.block])] = current.unscaled(result)
+        share = largest.beyond_last(number, coefficients)
+        candidate = current.candidates[result.name]
+        candidate.of_form = is_of_form(share, candidate.named)
+
+
 def with_form_error(
-    base: BaselineModel, noise: Noise, candidates: Sequence[Candidate]
+    base: BaselineModel,
+    noise: Noise,
+    candidates: Sequence[Candidate],
+    largest: LargestModel | None = None,
 ) -> BaselineModel:
-    """Copy a baseline model with its form error, estimated together with the named candidates."""
+    """Copy a baseline model with its form error, estimated together with the named candidates.
+
+    Without those that are confounded with it: the form error explains the same.
+
+    Parameters
+    ----------
+    largest : LargestModel, optional
+        With these candidates, if known.
+    """
     other = base.copy()
-    named = [candidate.columns for candidate in candidates if candidate.named]
+    known = largest or largest_model(base, candidates)
+    of_form = confounded_effects(known, candidates)
+    named = [c.columns for c in candidates if c.named and c.name not in of_form]
     other.form_error = estimate_form_error(base, noise, named)
     return other
 

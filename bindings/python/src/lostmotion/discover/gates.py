@@ -114,6 +114,16 @@ def large_enough(contest_round: ContestRound, result: Result, size: float, least
     return size >= least
 
 
+def is_of_form(share_beyond: float, named: bool = True) -> bool:
+    """Whether a contribution is confounded with another form of the hysteresis.
+
+    Then it is a function of the torque and its history with this plan, as creep is if all runs have
+    the same loading rate. For an unnamed shape it is sufficient to be hard to separate from it.
+    """
+    limit = rules.TWIN_DEG if named else rules.WARN_DEG
+    return bool(share_beyond <= np.sin(np.radians(limit)) ** 2)
+
+
 def paired_t(a: FloatArray, b: FloatArray) -> float:
     """Paired t of two candidates' gains over the runs."""
     difference = a - b

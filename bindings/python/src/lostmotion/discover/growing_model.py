@@ -118,7 +118,7 @@ class GrowingModel(ABC):
 
     # --- only with refits ------------------------------------------------------------------------
 
-    def more_starts(self, leads: list[Lead], count: int) -> list[Lead]:
+    def more_starts(self, current: ContestRound, leads: list[Lead], count: int) -> list[Lead]:
         """Add leads from a model in which all runs are equal, corrected for `count` tests."""
         return leads
 

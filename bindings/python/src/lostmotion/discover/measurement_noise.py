@@ -1,18 +1,18 @@
-"""The measurement noise: the residual of the largest linear model."""
+"""The largest linear model: its residual is the measurement noise; it tells what is confounded."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.discover.linearise import (
-    columns_of,
-)
+from lostmotion.discover.linearise import columns_of
 from lostmotion.evidence.noise import Noise, fit_noise
 from lostmotion.fit.baseline import BaselineModel
-from lostmotion.fit.point import Point
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -20,30 +20,96 @@ CALM_RIDGE = 1e-7
 """Relative ridge of the large least squares fit whose residual gives the noise."""
 
 
-def leftover(
-    base: BaselineModel, point: Point, blocks: Sequence[FloatArray]
-) -> tuple[FloatArray, int]:
-    """Residual of the largest linear model, which separates the noise from any effect."""
-    fixed, _, scatter, _ = columns_of(base, point, form=False)
-    residual = base.residual(point)
-    parts = [fixed, scatter[:, :3], *blocks]
-    total = sum(part.shape[1] for part in parts)
-    x = np.empty((residual.size, total), order="F")
-    at = 0
-    for part in parts:
-        x[:, at : at + part.shape[1]] = part
-        at += part.shape[1]
-    base.conditions.centre(x)
-    norm = np.sqrt(np.einsum("ij,ij->j", x, x))
-    norm[norm == 0] = 1.0
-    x /= norm
-    normal = x.T @ x
-    normal[np.diag_indices(total)] += CALM_RIDGE
-    return residual - x @ np.linalg.solve(normal, x.T @ residual), total
+@dataclass
+class LargestModel:
+    """The baseline model with the columns of all blocks, linear, without deviations of runs.
+
+    Attributes
+    ----------
+    base : BaselineModel
+    residual : ndarray
+        What none of the columns follows, arc seconds.
+    normal : ndarray
+        Gram matrix of the columns, centred by run and of unit length.
+    norm : ndarray
+        Length of the columns.
+    places : list of slice
+        Columns of the baseline model, and of each block.
+    """
+
+    base: BaselineModel
+    residual: FloatArray
+    normal: FloatArray
+    norm: FloatArray
+    places: list[slice]
+
+    @classmethod
+    def of(cls, base: BaselineModel, blocks: Sequence[FloatArray]) -> LargestModel:
+        """The largest model at the present point of a baseline model."""
+        point = base.at()
+        fixed, _, scatter, _ = columns_of(base, point, form=False)
+        residual = base.residual(point)
+        own = fixed.shape[1] + 3
+        ends = np.cumsum([0, own, *(block.shape[1] for block in blocks)])
+        places = [slice(a, b) for a, b in pairwise(ends.tolist())]
+        x = np.empty((residual.size, int(ends[-1])), order="F")
+        x[:, : fixed.shape[1]], x[:, fixed.shape[1] : own] = fixed, scatter[:, :3]
+        for place, block in zip(places[1:], blocks, strict=True):
+            x[:, place] = block
+        base.conditions.centre(x)
+        norm = np.sqrt(np.einsum("ij,ij->j", x, x))
+        norm[norm == 0] = 1.0
+        x /= norm
+        normal = x.T @ x
+        normal[np.diag_indices_from(normal)] += CALM_RIDGE
+        rest = residual - x @ np.linalg.solve(normal, x.T @ residual)
+        return cls(base, rest, normal, norm, places)
+
+    def noise(self) -> Noise:
+        """Noise model of the residual."""
+        c = self.base.conditions
+        return fit_noise(self.residual, c.time_s, c.starts, self.normal.shape[0])
+
+    @cached_property
+    def beside_baseline(self) -> FloatArray:
+        """Gram matrix of all columns beside the baseline model."""
+        return self.beside(np.r_[self.places[0]])
+
+    @cached_property
+    def beside_last(self) -> FloatArray:
+        """Gram matrix of all columns beside the baseline model and the last block."""
+        return self.beside(np.r_[self.places[0], self.places[-1]])
+
+    def beside(self, known: npt.NDArray[np.intp]) -> FloatArray:
+        """Gram matrix of all columns after projection on the complement of some."""
+        cross = self.normal[known]
+        inner = self.normal[np.ix_(known, known)]
+        return np.asarray(self.normal - cross.T @ np.linalg.solve(inner, cross))
+
+    def width(self, block: int) -> int:
+        """Number of columns of a block before the last; 0 if there is none of this number."""
+        if 1 + block >= len(self.places) - 1:
+            return 0
+        return int(np.r_[self.places[1 + block]].size)
+
+    def beyond_last(self, block: int, coefficients: FloatArray) -> float:
+        """Share of what a block contributes that the last one cannot follow, beside the baseline.
+
+        Parameters
+        ----------
+        block : int
+            Its number.
+        coefficients : ndarray
+            Of its columns.
+        """
+        own = self.places[1 + block]
+        x = coefficients * self.norm[own]
+        whole, left = (
+            float(x @ gram[own, own] @ x) for gram in (self.beside_baseline, self.beside_last)
+        )
+        return left / whole if whole > 0.0 else 1.0
 
 
 def estimate_noise(base: BaselineModel, blocks: Sequence[FloatArray]) -> Noise:
     """Estimate the noise model from the residual of the largest model."""
-    rest, columns = leftover(base, base.at(), blocks)
-    c = base.conditions
-    return fit_noise(rest, c.time_s, c.starts, columns)
+    return LargestModel.of(base, blocks).noise()

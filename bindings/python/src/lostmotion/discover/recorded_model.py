@@ -20,15 +20,21 @@ from lostmotion.discover.contest_round import (
     make_candidates,
     make_round,
 )
-from lostmotion.discover.form_variance import form_error_told, with_form, with_form_error
-from lostmotion.discover.gates import accepted, judge_all
+from lostmotion.discover.form_variance import (
+    form_error_told,
+    largest_model,
+    mark_of_form,
+    with_form,
+    with_form_error,
+)
+from lostmotion.discover.gates import accepted, is_of_form, judge_all
 from lostmotion.discover.growing_model import Contender, GrowingModel, Lead
 from lostmotion.discover.linearise import Settled, noise_rms, plain_of, plain_rms, settle
 from lostmotion.discover.measurement_noise import estimate_noise
 from lostmotion.discover.refits import fit_with, refit, refitted, sharpen, without_deviations
 from lostmotion.discover.selection import select
 from lostmotion.discover.shortlist import strongest
-from lostmotion.discover.terms import term_passes, term_size
+from lostmotion.discover.terms import beyond_form, term_passes, term_size
 from lostmotion.effects.effect import Effect
 from lostmotion.evidence.contest import Result
 from lostmotion.evidence.noise import Noise
@@ -104,9 +110,11 @@ class RecordedModel(GrowingModel):
         self.given_terms = len(base.terms)
         self.waves = shapes.waves(base)
         candidates, _ = self.candidates(base)
-        self.noise = estimate_noise(base, with_form(base, candidates))
+        self.largest = largest_model(base, candidates)
+        self.noise = self.largest.noise()
         self.within = noise_rms(self.noise, base)
-        self.first = settle(with_form_error(base, self.noise, candidates), self.noise)
+        first = with_form_error(base, self.noise, candidates, self.largest)
+        self.first = settle(first, self.noise)
         self.settled = [self.first]
         self.rounds = 0
         self.fitted: dict[str, BaselineModel] = {}
@@ -135,8 +143,9 @@ class RecordedModel(GrowingModel):
         self.fitted = {}
         now = self.now
         if self.rounds:
-            self.noise = estimate_noise(base, with_form(base, candidates))
-            base = with_form_error(base, self.noise, candidates)
+            self.largest = largest_model(base, candidates)
+            self.noise = self.largest.noise()
+            base = with_form_error(base, self.noise, candidates, self.largest)
         self.rounds += 1
         settled = now if now.noise is self.noise else settle(base, self.noise)
         if noise_rms(self.noise, base) > rules.WANDERING * float(np.mean(self.noise.sigma)):
@@ -149,7 +158,9 @@ class RecordedModel(GrowingModel):
         # The residual of an effect often differs in fast runs; this is not a second cause.
         own = [] if base.has_effects else between_runs(settled.base, settled.contest)
         current = make_round(settled, [*candidates, *own], closed)
-        return current, judge_all(current)
+        results = judge_all(current)
+        mark_of_form(self.largest, current, results)
+        return current, results
 
     def calmer_noise(
         self, settled: Settled, effects: list[Candidate], closed: dict[str, str]
@@ -176,9 +187,24 @@ class RecordedModel(GrowingModel):
         """See `GrowingModel`: a joint refit."""
         assert isinstance(lead.round, RecordedRound)
         if lead.round is not self.formless:
-            return refit(lead.round, lead.result, self.now, self.fitted.get(lead.name))
+            found = refit(lead.round, lead.result, self.now, self.fitted.get(lead.name))
+            return None if found is None or self.takes_from_form(found) else found
         found = refit(lead.round, lead.result)
         return None if found is None else self.beside_form_error(found)
+
+    def takes_from_form(self, found: Contender) -> bool:
+        """Whether a candidate explains only what the form error explained before.
+
+        The columns of a candidate may become confounded with the form error by the refit.
+        """
+        effect, named = found.candidate.effect, found.candidate.named
+        if self.now.base.form_error is None or not found.candidate.hangs_on_load_alone:
+            return False
+        if effect is not None and shifts_load(effect):
+            return False  # every form of the hysteresis is odd in the torque
+        base = model_of(found)
+        added = (base.terms if named else base.additives)[-1]
+        return is_of_form(beyond_form(base, added), named)
 
     def beside_form_error(self, found: Contender) -> Contender | None:
         """Estimate the form error together with an effect that was fitted without it.
@@ -204,13 +230,19 @@ class RecordedModel(GrowingModel):
     def size_within(self, contender: Contender) -> float:
         """See `GrowingModel`.
 
-        From its tangent, as long as that does not exceed what was to be explained: if the load is
-        wrong by more than the width of a kink, the tangent continues beyond the kink and
-        overestimates the effect tenfold. Then the decrease of the common error of all runs counts.
+        From its tangent, as long as that does not exceed what was to be explained and the effect
+        does not shift the load: if the load is wrong by more than the width of a kink, the tangent
+        continues beyond the kink and overestimates the effect tenfold. Then the decrease of the
+        common error of all runs counts.
         """
-        base = model_of(contender)
+        base, effect = model_of(contender), contender.candidate.effect
         size = term_size(base, len(base.terms) - 1)
-        return size if size <= plain_rms(self.now.base) else self.fall_of_error(contender)
+        shifted = effect is not None and shifts_load(effect)
+        if size <= plain_rms(self.now.base) and not (
+            shifted and contender.gain >= rules.GAIN_LEAST
+        ):
+            return size
+        return self.fall_of_error(contender)
 
     def fall_of_error(self, contender: Contender) -> float:
         """See `GrowingModel`."""
@@ -241,13 +273,13 @@ class RecordedModel(GrowingModel):
         """See `GrowingModel`: all of them; the strongest were compared by refits."""
         return [result.name for result in rivals]
 
-    def more_starts(self, leads: list[Lead], count: int) -> list[Lead]:
+    def more_starts(self, current: ContestRound, leads: list[Lead], count: int) -> list[Lead]:
         """Add the strongest effects of the model without deviations, with starts from there.
 
         Their significance and size are tested later in the model with them; this only finds them.
         An effect found before gets a second start.
         """
-        leads = self.in_place_of_form(leads, count)
+        leads = self.in_place_of_form(current, leads, count)
         settled = self.now
         if float(np.max(np.abs(settled.base.deviations[:, :2]))) < rules.STRAYED:
             return leads
@@ -261,8 +293,8 @@ class RecordedModel(GrowingModel):
         strong += [r for r in found[rules.REFITS_NAMED :] if r.name in known]
         return leads + [Lead(alike, result, None) for result in strong]
 
-    def in_place_of_form(self, leads: list[Lead], count: int) -> list[Lead]:
-        """Add effects that depend only on the load, judged without a form error.
+    def in_place_of_form(self, current: ContestRound, leads: list[Lead], count: int) -> list[Lead]:
+        """Add effects that are confounded with the form error, judged without a form error.
 
         Together with a form error such effects explain almost nothing. One of them is found if no
         form error that counts remains with it.
@@ -275,7 +307,8 @@ class RecordedModel(GrowingModel):
         candidates, closed = named_candidates(
             self.effects, formless.base, formless.base.at(), self.ratio
         )
-        alone = [c for c in candidates if c.hangs_on_load_alone]
+        of_form = {name for name, candidate in current.candidates.items() if candidate.of_form}
+        alone = [c for c in candidates if c.hangs_on_load_alone or c.name in of_form]
         self.formless = make_round(formless, alone, closed)
         found = [r for r in judge_all(self.formless) if accepted(r, count)]
         return leads + strongest([Lead(self.formless, result, None) for result in found])
@@ -292,9 +325,7 @@ class RecordedModel(GrowingModel):
         found = []
         for result in results:
             effect = current.candidates[result.name].effect
-            if effect is None or result.name in known or effect.kind != "torque":
-                continue
-            if effect.needs <= LOAD_NEEDS and not effect.memory:
+            if effect is not None and result.name not in known and shifts_load(effect):
                 found.append(Lead(current, result, None))
         return found
 
@@ -302,6 +333,11 @@ class RecordedModel(GrowingModel):
         """See `GrowingModel`."""
         assert isinstance(current, RecordedRound)
         return sharpen(current, shape)
+
+
+def shifts_load(effect: Effect) -> bool:
+    """Whether an effect shifts the load by a constant."""
+    return effect.kind == "torque" and effect.needs <= LOAD_NEEDS and not effect.memory
 
 
 def model_of(contender: Contender) -> BaselineModel:

@@ -18,9 +18,8 @@ from lostmotion.candidates import shapes
 from lostmotion.candidates.named import tangent
 from lostmotion.candidates.tangents import given_values
 from lostmotion.discover.contest_round import make_candidates, make_round
-from lostmotion.discover.form_variance import with_form, with_form_error
+from lostmotion.discover.form_variance import largest_model, with_form_error
 from lostmotion.discover.linearise import Settled, contest_at, noise_rms, settle
-from lostmotion.discover.measurement_noise import estimate_noise
 from lostmotion.discover.noise_floor import noise_floor
 from lostmotion.discover.refits import term_of, without_deviations
 from lostmotion.effects.effect import Effect
@@ -166,8 +165,9 @@ def with_effect(base: BaselineModel, first: Settled, effect: Effect, ratio: floa
 def measure_noise(base: BaselineModel, effects: Mapping[str, Effect], ratio: float) -> Settled:
     """Estimate the noise for a model, and the deviations of the runs for that noise."""
     candidates, _ = make_candidates(base, effects, ratio, shapes.waves(base))
-    noise = estimate_noise(base, with_form(base, candidates))
-    return settle(with_form_error(base, noise, candidates), noise)
+    largest = largest_model(base, candidates)
+    noise = largest.noise()
+    return settle(with_form_error(base, noise, candidates, largest), noise)
 
 
 def first_term(base: BaselineModel, noise: Noise, effect: Effect, ratio: float) -> Term:

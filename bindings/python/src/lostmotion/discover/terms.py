@@ -8,9 +8,11 @@ import numpy.typing as npt
 from lostmotion.discover.contest_round import Projector
 from lostmotion.discover.gates import accepted
 from lostmotion.discover.linearise import Settled, columns_of
+from lostmotion.effects.conditions import side_by_side
 from lostmotion.evidence.contest import Contest
 from lostmotion.evidence.gram import gather
 from lostmotion.fit.baseline import BaselineModel
+from lostmotion.fit.terms import Additive, Term
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -18,20 +20,26 @@ FloatArray = npt.NDArray[np.float64]
 def contest_of_term(settled: Settled, place: int) -> tuple[Contest, str]:
     """Evidence for a term in the model, linearised at that model.
 
-    The contribution of the term is added back to the residual; the block of its name has its
-    estimated values, or its whole contribution if it has none.
+    The contribution of the term is added back to the residual. The block of its name has the
+    columns of its estimated values, the contribution in place of the one that scales it most.
     """
     base = settled.base
     point = base.at()
     fixed, precision, scatter, response = columns_of(base, point)
     name, own = base.terms[place].effect.name, term_places(base, place)
-    done = term_angle(base, place, fixed)
+    done = term_angle(base, place)
     response = response + done
+    block = fixed[:, own]
+    scales = scaling_place(base, place, block)
+    if scales is None:
+        block = done[:, None]
+    else:
+        block[:, scales] = done
     evidence = gather(
         np.delete(fixed, own, axis=1),
         np.delete(precision, own),
         scatter,
-        [(name, fixed[:, own] if own.size else done[:, None])],
+        [(name, block)],
         response - float(np.mean(response)),
         settled.noise,
         base.conditions.starts,
@@ -45,28 +53,57 @@ def term_places(base: BaselineModel, place: int) -> npt.NDArray[np.intp]:
     return np.arange(places.start, places.stop)
 
 
-def term_angle(base: BaselineModel, place: int, fixed: FloatArray) -> FloatArray:
-    """Contribution of a term, arc seconds, as far as it scales with its values (Euler).
+def term_angle(base: BaselineModel, place: int) -> FloatArray:
+    """Contribution of a term: what the model lacks without it, arc seconds.
 
-    A term without estimated values, such as slipped teeth, contributes what the model lacks without
-    it.
+    The derivative by a value that enters nonlinearly, times the value, would be something else: a
+    lag smooths the noise of the torque that its derivative has.
     """
+    without = base.copy()
+    del without.terms[place]
+    return base.angle() - without.angle()
+
+
+def scaling_place(base: BaselineModel, place: int, block: FloatArray) -> int | None:
+    """Of the columns of a term's values, the one that contributes most; None if none scales it."""
     term = base.terms[place]
-    if not term.free:
-        without = base.copy()
-        del without.terms[place]
-        return base.angle() - without.angle()
     scaling = term.effect.scaling()
-    carries = [k for k, i in enumerate(term.free) if i in scaling]
-    columns = fixed[:, term_places(base, place)[carries]]
-    return np.asarray(columns @ term.values[[term.free[k] for k in carries]])
+    size = np.linalg.norm(block, axis=0) * np.abs(term.values[term.free])
+    size[[i not in scaling for i in term.free]] = 0.0
+    return int(np.argmax(size)) if np.any(size > 0.0) else None
 
 
 def term_size(base: BaselineModel, place: int) -> float:
-    """Root mean square, arc seconds, of what the rest of the model cannot absorb of a term."""
+    """Root mean square, arc seconds, of what the rest of the model cannot absorb of a term.
+
+    As far as it scales with its values (Euler): the rest of the model was fitted with the term, and
+    cannot absorb all of what a step of the load to nothing would do to its kinks.
+    """
+    term, own = base.terms[place], term_places(base, place)
     fixed = base.fixed_columns(base.at())
-    rest = Projector(np.delete(fixed, term_places(base, place), axis=1))
-    return rest.size(term_angle(base, place, fixed))
+    scaling = term.effect.scaling()
+    carries = [k for k, i in enumerate(term.free) if i in scaling]
+    columns = fixed[:, own[carries]]
+    angle = columns @ term.values[[term.free[k] for k in carries]]
+    rest = Projector(np.delete(fixed, own, axis=1))
+    return rest.size(angle if term.free else term_angle(base, place))
+
+
+def beyond_form(base: BaselineModel, added: Term | Additive) -> float:
+    """Share of what an effect or a shape contributes that no other form of the hysteresis follows.
+
+    Of its mean square beside the rest of the model.
+    """
+    places = base.places_of(added)[0]
+    if isinstance(added, Term):
+        angle = term_angle(base, next(k for k, t in enumerate(base.terms) if t is added))
+    else:
+        angle = added.columns @ added.coefficients
+    own = np.arange(places.start, places.stop)
+    fixed = np.delete(base.fixed_columns(base.at()), own, axis=1)
+    rest = Projector(fixed).size(angle)
+    beyond = Projector(side_by_side(fixed, base.form_basis.columns)).size(angle)
+    return (beyond / rest) ** 2 if rest > 0.0 else 1.0
 
 
 def term_passes(settled: Settled, place: int, count: int) -> bool:

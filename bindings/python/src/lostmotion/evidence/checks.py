@@ -175,6 +175,7 @@ ABOUT: dict[str, Check] = {
             starts=listed(listed(finite_number)),
             start_of=listed(lambda value: isinstance(value, int) and not isinstance(value, bool)),
             kind=text,
+            of_form=lambda value: isinstance(value, bool),
         )
     ),
     "closed": named(text),

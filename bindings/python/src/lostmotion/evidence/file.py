@@ -27,7 +27,7 @@ from lostmotion.files import write_whole
 
 FloatArray = npt.NDArray[np.float64]
 
-SCHEMA = "lostmotion.campaign_evidence/5"
+SCHEMA = "lostmotion.campaign_evidence/6"
 """Name and version of the saved form."""
 
 

@@ -66,6 +66,8 @@ def merge_bodies(bodies: Sequence[Body], files: Sequence[str | Path]) -> Body:
     order = sorted(range(len(bodies)), key=lambda i: str(bodies[i].about["data_fingerprints"]))
     bodies, labels = [bodies[i] for i in order], [labels[i] for i in order]
     first = bodies[0]
+    confounded = [{k["name"] for k in b.about["candidates"] if k["of_form"]} for b in bodies]
+    of_form = set.intersection(*confounded)
     sizes = [{n: p.size for n, p in body.white.blocks.items()} for body in bodies]
     common = [name for name, size in sizes[0].items() if all(s.get(name) == size for s in sizes)]
     closed = {k: v for body in bodies for k, v in body.about["closed"].items()}
@@ -85,7 +87,11 @@ def merge_bodies(bodies: Sequence[Body], files: Sequence[str | Path]) -> Body:
         np.concatenate([body.rows for body in bodies]),
         {
             **first.about,
-            "candidates": [k for k in first.about["candidates"] if k["name"] in common],
+            "candidates": [
+                {**k, "of_form": k["name"] in of_form}
+                for k in first.about["candidates"]
+                if k["name"] in common
+            ],
             "closed": closed,
             "runs": [name for names in labels for name in names.values()],
             "swing_arcsec": [x for body in bodies for x in body.about["swing_arcsec"]],

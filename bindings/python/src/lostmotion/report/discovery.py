@@ -28,6 +28,7 @@ from lostmotion.report.wording import (
     NOT_FITTED,
     TOO_SMALL,
     chance,
+    confounded_with,
     grouped,
     named_numbers,
     parameter,
@@ -169,7 +170,7 @@ def _contest(answer: dict[str, Any]) -> PageTable:
                 words(candidate["name"]) + (" ✓" if chosen else ""),
                 signs(f"{candidate['evidence']:.1f}"),
                 chance(candidate["p"]).removeprefix("p "),
-                ", ".join(map(words, candidate["confused_with"])) or "–",
+                ", ".join(map(words, confounded_with(candidate))) or "–",
                 values if candidate["plausible"] else f"!{values} (implausible)",
             )
         )

@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from functools import cache
+from typing import Any
 
 from lostmotion.effects.library import library
 from lostmotion.report.svg import signs
@@ -159,6 +160,15 @@ TOO_SMALL = "too small to count"
 
 NOT_FITTED = "fixed: saturation limit"
 """Text for a fixed value that limits an effect."""
+
+
+OF_FORM = "form of the hysteresis"
+"""What an effect is confounded with that is a function of the torque and its history."""
+
+
+def confounded_with(candidate: Mapping[str, Any]) -> list[str]:
+    """List what a candidate effect of an answer is confounded with."""
+    return [*candidate.get("confused_with", ()), *([OF_FORM] if candidate.get("of_form") else [])]
 
 
 def named_numbers(

@@ -17,7 +17,7 @@ from lostmotion.report.evidence import dots_figure
 from lostmotion.report.ladder import ladder_figure
 from lostmotion.report.page import PageTable, rows_html
 from lostmotion.report.svg import signs
-from lostmotion.report.wording import named_numbers, words
+from lostmotion.report.wording import confounded_with, named_numbers, words
 from lostmotion.workbench.bench import Bench
 from lostmotion.workbench.panel import Panel, action, field
 from lostmotion.workbench.work import Work
@@ -139,8 +139,9 @@ class EffectsPanel(Panel):
             entry.get("not_fitted") or (),
         ):
             lines.append(", ".join(known))
-        if entry.get("confused_with") and entry["testable"]:
-            lines.append("confounded with " + ", ".join(map(words, entry["confused_with"])))
+        others = confounded_with(entry)
+        if others and entry["testable"]:
+            lines.append("confounded with " + ", ".join(map(words, others)))
         row = ui.element("div").classes("effect" + ("" if entry["testable"] else " closed"))
         with row:
             box = ui.checkbox(
