@@ -113,15 +113,23 @@ static lm_real zero_between(property of, lm_tooth_outline *o, lm_real a, lm_real
   return at;
 }
 
-/* Point where the fillet of a radius meets the flank. A generated flank ends in a shoulder below
+/* Point where the fillet of a radius meets the flank: at the root where the flank is flatter there
+ * than the arc, as at the end of the path of an S tooth. A generated flank ends in a shoulder below
  * its radial land: the arc passes through its edge unless it touches on either side. */
 static lm_real find_form(lm_tooth_outline *o) {
+  const lm_mesh *mesh = o->mesh;
+  const lm_real tooth =
+      o->rigid ? o->root_mm - mesh->geometry.rigid_tip_mm : mesh->flank.high_mm - o->root_mm;
   lm_real low = LM_REAL(0);
   lm_real at_low = centre_too_high(o, LM_REAL(0));
   lm_real high = LM_REAL(2) * o->fillet_mm;
-  if (o->rigid && o->root_mm - o->mesh->conjugate.land_mm > LM_REAL(0)) {
-    const lm_real edge = o->root_mm - o->mesh->conjugate.land_mm;
-    const lm_real aside = EDGE_MODULES * o->mesh->geometry.module_mm;
+  lm_real at_high;
+  if (!(at_low < LM_REAL(0))) {
+    return LM_REAL(0);
+  }
+  if (o->rigid && o->root_mm - mesh->conjugate.land_mm > LM_REAL(0)) {
+    const lm_real edge = o->root_mm - mesh->conjugate.land_mm;
+    const lm_real aside = EDGE_MODULES * mesh->geometry.module_mm;
     const lm_real on_land = centre_too_high(o, edge - aside);
     const lm_real on_flank = centre_too_high(o, edge + aside);
     if (!(on_land < LM_REAL(0))) {
@@ -134,7 +142,9 @@ static lm_real find_form(lm_tooth_outline *o) {
     at_low = on_flank;
     high += low;
   }
-  return zero_between(centre_too_high, o, low, at_low, high, centre_too_high(o, high));
+  high = high < tooth ? high : tooth;
+  at_high = centre_too_high(o, high);
+  return at_high > LM_REAL(0) ? zero_between(centre_too_high, o, low, at_low, high, at_high) : high;
 }
 
 /* Adds a fillet of this radius; returns how far its centre is beyond the middle of the space, rad.
@@ -164,8 +174,10 @@ void lm_make_tooth_outline(const lm_drive *drive, const lm_mesh *mesh, int rigid
   too_wide = fillet_too_wide(outline, rounding);
   if (too_wide > LM_REAL(0)) { /* a full fillet, centred in the space */
     const lm_real narrow = FULL_SHARE * rounding;
-    zero_between(fillet_too_wide, outline, narrow, fillet_too_wide(outline, narrow), rounding,
-                 too_wide);
+    const lm_real at_narrow = fillet_too_wide(outline, narrow);
+    if (at_narrow < LM_REAL(0)) {
+      zero_between(fillet_too_wide, outline, narrow, at_narrow, rounding, too_wide);
+    }
   }
 }
 

@@ -554,6 +554,22 @@ def test_the_outline_that_bends_is_the_one_that_is_drawn(kind: str) -> None:
         assert np.allclose(found, across[places], rtol=0, atol=2e-6 * module)
 
 
+def test_random_teeth_have_an_outline_from_root_to_tip() -> None:
+    """The flank of an S tooth may end flatter at the root than its fillet."""
+    for kind in ("double_arc", "s_tooth"):
+        for seed in range(12):
+            document = random_document(seed, kind)
+            model, mesh = made_mesh(document)
+            module = document["design"]["teeth"]["module_mm"]
+            for rigid in (False, True):
+                outline = made_outline(model, mesh, rigid)
+                assert 0 <= outline.form_height_mm < 0.5 * module
+                heights = np.linspace(0.01, 1.0, 40) * module
+                half = [model.core.lib.lm_outline_half(outline, y) for y in heights]
+                assert np.all(np.diff(half) < 1e-3 * module)
+            assert model.torsion_curve([-5.0, 5.0]) is not None
+
+
 def test_the_gear_table_states_no_measures_of_involutes_for_other_flanks() -> None:
     document = published_document()
     rows = {row.key: row for row in drawing_table(DesignModel(parse_drive(document).design))}
