@@ -161,7 +161,7 @@ static void add_results(norm *sum, int first, int count, double weight) {
  * test_s_teeth 187 are within 1e-9 in every result, all within this. */
 #define SLOPE_BOUND 1e-11
 
-#define FLANK_SLOPE_BOUND 5e-8
+#define FLANK_SLOPE_BOUND 6e-8
 
 static double slope_bound;
 
