@@ -14,8 +14,7 @@ def idealisations(model: DesignModel) -> list[str]:
             "face and neglect the coning of the cup."
             if drive.planar_only
             else "The checks examine both edges of the face and its middle; the deflection grows "
-            "in "
-            "proportion to the distance from the bottom of the cup."
+            "in proportion to the distance from the bottom of the cup."
         ),
         (
             "The middle of the face carries the load (axial_sections = 1)."
@@ -37,9 +36,8 @@ def idealisations(model: DesignModel) -> list[str]:
             if is_calibrated(model)
             else [
                 "Uncalibrated (support.ring_factor = 1): torsion curves of manufacturers, sizes 14 "
-                "to 65, have {CATALOGUE_OVER_MODEL[0]:g} to {CATALOGUE_OVER_MODEL[1]:g} times "
-                "these "
-                "angles."
+                f"to 65, have {CATALOGUE_OVER_MODEL[0]:g} to {CATALOGUE_OVER_MODEL[1]:g} times "
+                "these angles."
             ]
         ),
     ]
