@@ -235,7 +235,7 @@ static void test_files_that_no_search_wrote_are_not_overwritten(void) {
     TEST_ASSERT_EQUAL_INT_MESSAGE(LM_EXIT_BAD_INPUT, open_here(small_spec, 0), names[i]);
     assert_noted("that no search in this folder wrote");
     TEST_ASSERT_EQUAL_INT(LM_EXIT_BAD_INPUT, lm_open_run(path, small_spec, folder, 0, &run, note));
-    assert_noted("the spec itself");
+    assert_noted("the spec under the name of a result");
     assert_missing("journal.bin");
     assert_holds(names[i], "mine");
     TEST_ASSERT_EQUAL_INT(0, remove(path));
@@ -245,7 +245,7 @@ static void test_files_that_no_search_wrote_are_not_overwritten(void) {
   snprintf(path, sizeof path, "%s/best.toml", folder);
   lm_close_run(run);
   TEST_ASSERT_EQUAL_INT(LM_EXIT_BAD_INPUT, lm_open_run(path, small_spec, folder, 1, &run, note));
-  assert_noted("the spec itself");
+  assert_noted("the spec under the name of a result");
   assert_holds("best.toml", "mine");
 }
 
