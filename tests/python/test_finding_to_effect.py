@@ -99,7 +99,7 @@ def test_a_step_in_one_run_is_fitted_as_printed() -> None:
 @pytest.mark.parametrize(
     ("text", "found"),
     [
-        ("3 * cos(2*pi*input_turns)", "a name of a value"),
+        ("3 * cos(2*pi*input_turns)", "the name of a value"),
         ("a_rad * a_rad * torque_Nm", "not proportional"),
         ("a_rad * cos(b * input_turns)", "not proportional"),
         ("a_rad * run_count(3)", "run_count"),

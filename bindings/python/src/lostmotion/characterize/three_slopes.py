@@ -256,6 +256,8 @@ def least_squares(columns: FloatArray, values: FloatArray) -> FloatArray:
 
 def solve_determined(normal: FloatArray, gradient: FloatArray, least: float) -> FloatArray | None:
     """Solve normal equations; None if their reciprocal condition is not above the least one."""
+    if not gradient.size:
+        return np.zeros(0)
     factor, found, failed = dposv(normal, gradient)
     if failed:
         return None

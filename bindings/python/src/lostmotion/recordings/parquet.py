@@ -89,7 +89,7 @@ class ParquetTable:
     def cells(self, column: int) -> list[str]:
         """First cells of a column."""
         with arrow_errors(self.file):
-            for batch in self.batches(0, [column], CELLS_SHOWN):
+            for batch in self.raw_batches(0, [column], CELLS_SHOWN):
                 return first_cells(batch.columns[column])
         return []
 
@@ -112,6 +112,11 @@ class ParquetTable:
 
     def batches(self, group: int | None, columns: Collection[int], size: int) -> Iterator[Rows]:
         """Read a row group in batches; damage inside is detected only here."""
+        for rows in self.raw_batches(group, columns, size):
+            yield Rows(self.single(rows.columns), rows.count)
+
+    def raw_batches(self, group: int | None, columns: Collection[int], size: int) -> Iterator[Rows]:
+        """Read columns of any type in batches."""
         names = [self.header.names[i] for i in columns]
         groups = None if group is None else [group]
         if group is not None and self.opened.num_row_groups == 0:
@@ -122,4 +127,4 @@ class ParquetTable:
                     i: batch.column(batch.schema.get_field_index(self.header.names[i]))
                     for i in columns
                 }
-                yield Rows(self.single(found), batch.num_rows)
+                yield Rows(found, batch.num_rows)
