@@ -7,6 +7,7 @@ import itertools
 import json
 import os
 import re
+import shlex
 import shutil
 import socket
 import subprocess
@@ -21,6 +22,10 @@ import pytest
 from chromium import BROWSER, DRIVER, SPEC, TESTS, WIDTHS, needs_driver
 from workbench_server import answer, opener, serving
 
+sys.path.insert(0, str(TESTS / "python"))
+from small_campaigns import DRIVE, write
+from small_campaigns import campaign as small_campaign
+
 PATIENCE_S = 600.0
 """Time limit of a diagnosis on a busy machine."""
 
@@ -29,6 +34,7 @@ NOISE_ARCSEC = 1.5
 
 TABS = (
     "Drive",
+    "Columns",
     "Measured",
     "Where it fails",
     "Residual plots",
@@ -130,6 +136,17 @@ class View:
             return False
 
         self.wait(click, f"something to press called {label}")
+
+    def press_on(self, selector: str) -> None:
+        """Click the first element of a selector, once it can be clicked."""
+
+        def click() -> bool:
+            one = self.all(selector)[0]
+            self.driver.execute_script("arguments[0].scrollIntoView({block:'center'})", one)
+            one.click()
+            return True
+
+        self.wait(click, f"something to press at {selector}")
 
     def turn_to(self, tab: str) -> None:
         def shown() -> bool:
@@ -650,6 +667,74 @@ axe.run({runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa']}).then(result => 
   result.violations.map(one => one.id + ': ' + one.nodes.map(node => node.html).join(' ... '))));
 """
 """Violations of the guidelines for accessible pages (WCAG 2.1, levels A and AA)."""
+
+
+AT_REST = "return !document.getAnimations().length;"
+"""Whether no transition of colours is running."""
+
+OWN_NAMES = {"time_s": "TIME", "torque_Nm": "Load cell", "lost_motion_rad": "POSITION", "run": "nr"}
+
+MAPPED = (
+    ("TIME", "time", "s"),
+    ("Load cell", "torque", "Nm"),
+    ("POSITION", "lost motion", "rad"),
+    ("nr", "run", ""),
+)
+"""Columns of the recording with its own names, what they are, and their units."""
+
+
+@needs_driver
+def test_columns_with_other_names_are_mapped_in_the_table(
+    view: View, tmp_path: Path, axe: str
+) -> None:
+    (tmp_path / "drive.toml").write_text(DRIVE)
+    write(small_campaign(runs=8, rows=250), tmp_path / "data.csv")
+    head, _, rest = (tmp_path / "data.csv").read_text().partition("\n")
+    names = [OWN_NAMES.get(name, name) for name in head.split(",")]
+    (tmp_path / "own.csv").write_text(",".join(names) + "\n" + rest)
+
+    def choose(label: str, option: str) -> None:
+        view.press_on(f"#panel-columns [aria-label='{label}']")
+        view.press(option, ".q-item")
+
+    def keeps_the_guidelines() -> None:
+        for scheme, width in itertools.product(("light", "dark"), WIDTHS):
+            view.size(width)
+            view.scheme(scheme)
+            view.wait(lambda: view.driver.execute_script(AT_REST), "the end of the transitions")
+            assert view.driver.execute_async_script(AXE) == [], f"{width}, {scheme}"
+            assert not view.driver.execute_script(CUT), f"{width}, {scheme}"
+        view.size(WIDTHS[0])
+
+    with serving(tmp_path) as address:
+        view.driver.get(address)
+        view.type("drive file", "drive.toml")
+        view.type("recordings, files or folders", "own.csv")
+        view.press("Load")
+        # Columns that cannot be read open the table.
+        view.wait(lambda: "missing: torque_Nm" in view.text("#panel-columns"), "the columns")
+        view.idle()
+        view.driver.execute_script(axe)
+        keeps_the_guidelines()
+        choose("Load cell is", "torque")
+        view.wait(lambda: "no unit; expected a torque" in view.text("tr.fault"), "the reason")
+        active = view.driver.execute_script("return document.activeElement.ariaLabel")
+        assert active == "Load cell is"
+        for column, quantity, unit in MAPPED:
+            choose(f"{column} is", quantity)
+            if unit:
+                view.wait(lambda c=column: view.all(f"[aria-label='unit of {c}']"), "the units")
+                choose(f"unit of {column}", unit)
+        view.wait(lambda: "7 of 7 columns are used" in view.text("#panel-columns"), "the columns")
+        keeps_the_guidelines()
+        pasted = view.text(".paste")
+        view.press("Load with these columns")
+        rms = view.wait(view.rms, "the comparison")
+    words = shlex.split(pasted)
+    assert words[:3] == ["lostmotion", "check", "own.csv"]
+    assert command(*words[1:], folder=tmp_path).returncode == 0
+    done = command("compare", "drive.toml", *words[2:], "--json", "-", folder=tmp_path)
+    assert json.loads(done.stdout)["rms_arcsec"] == pytest.approx(rms, abs=0.006)
 
 
 @needs_driver

@@ -25,13 +25,15 @@ from lostmotion.errors import InputError
 from lostmotion.evidence.overlap import principal_angles
 from lostmotion.export import Profile, export, make_controller, read_settings
 from lostmotion.files import check_plain, write_whole
-from lostmotion.recordings import Campaign, parse_map, read_campaign, recording_files
+from lostmotion.recordings import Campaign, read_campaign, recording_files
+from lostmotion.recordings.column_table import Choice, ColumnTable
 from lostmotion.recordings.joining import Join
 from lostmotion.report import comparison_section, drive_section
 from lostmotion.report.maps import Residuals, collect_residuals
 from lostmotion.report.wording import NOISE_FLOOR
 from lostmotion.threads import one_thread
 from lostmotion.units import ARCSEC
+from lostmotion.workbench.disclosure import is_known
 from lostmotion.workbench.figures import Rendered, render_section
 
 Tick = Callable[[int, int], None]
@@ -61,7 +63,8 @@ class Rivals:
 class Bench:
     """State of the workbench and the calls that change it.
 
-    Every call either changes the state or raises and leaves it unchanged.
+    Every call either changes the state or raises and leaves it unchanged; only `columns` are those
+    of the recordings that were named last, so that a map can be corrected.
 
     Attributes
     ----------
@@ -71,6 +74,10 @@ class Bench:
         Incremented with every change.
     opened : str
         Panel that was opened last; a reloaded page shows it.
+    named : list of path
+        Recordings that were named last, which may have been refused.
+    columns : ColumnTable or None
+        Their columns; None if they are of an unknown kind.
     """
 
     folder: Path = field(default_factory=lambda: Path(tempfile.mkdtemp(prefix="lostmotion-")))
@@ -78,7 +85,8 @@ class Bench:
     drive: Drive | None = None
     drive_page: Rendered = field(default_factory=Rendered)
     paths: list[Path] = field(default_factory=list)
-    mapping: list[str] = field(default_factory=list)
+    named: list[Path] = field(default_factory=list)
+    columns: ColumnTable | None = None
     join: Join | None = None
     campaign: Campaign | None = None
     comparison: Comparison | None = None
@@ -103,19 +111,22 @@ class Bench:
     def load_recordings(
         self,
         paths: Sequence[str | Path],
-        mapping: Sequence[str],
+        mapping: Mapping[str, str] | None,
         tick: Tick,
         file: str | Path | None = None,
     ) -> None:
-        """Read recordings of the drive, or of that in a file, and compare them with the model."""
+        """Read recordings of the drive, or of that in a file, and compare them with the model.
+
+        Without a map, the entries of the present one are used that name a column of the recordings.
+        """
         for path in (*paths, *([] if file is None else [file])):
             check_plain(path, "a drive file" if path == file else "a recording or a folder of them")
         drive = self.need_drive() if file is None else read_drive(file)
-        names = {**drive.columns, **parse_map(mapping)}
+        entries = self.read_columns(paths, mapping, drive)
         campaign = read_campaign(
             list(paths),
             ratio=drive.ratio,
-            mapping=names,
+            mapping={**drive.columns, **entries},
             protocol=drive.protocol,
             join=self.join,
         )
@@ -125,12 +136,37 @@ class Bench:
         if file is not None:
             self.drive, self.drive_page = drive, render_section(drive_section(drive))
         self._forget_recordings()
-        self.paths, self.mapping = [Path(path) for path in paths], list(mapping)
+        self.paths = [Path(path) for path in paths]
         self.campaign, self.comparison, self.comparison_page = campaign, result, page
         self.version += 1
 
+    def read_columns(
+        self, paths: Sequence[str | Path], mapping: Mapping[str, str] | None, drive: Drive
+    ) -> dict[str, str]:
+        """Read the columns of recordings, and return their map."""
+        files = recording_files(list(paths))
+        entries = dict(mapping or {})
+        if mapping is None and self.columns is not None:
+            entries = dict(self.columns.entries)
+        known = all(is_known(str(file)) for file in files)
+        table = (
+            ColumnTable.of_files(files, entries, drive.columns, drive.protocol) if known else None
+        )
+        if mapping is None and table is not None:
+            table = table.without_absent()
+            entries = table.entries
+        self.named, self.columns = [Path(path) for path in paths], table
+        self.version += 1
+        return entries
+
+    def choose_column(self, column: str, choice: Choice) -> None:
+        """Change the map of one column; the recordings are not read again."""
+        if self.columns is not None:
+            self.columns = self.columns.with_choice(column, choice)
+            self.version += 1
+
     def _forget_recordings(self) -> None:
-        self.paths, self.mapping = [], []
+        self.paths = []
         self.campaign = self.comparison = self.diagnosis = None
         self.comparison_page = Rendered()
         self.chosen, self.models, self.rivals, self.ranking = [], {}, None, None
@@ -231,7 +267,7 @@ class Bench:
     def rank_options(self, paths: Sequence[str | Path], tick: Tick) -> None:
         """Rank planned runs by how well they decide between the open effects."""
         drive = self.need_drive()
-        names = {**drive.columns, **parse_map(self.mapping)}
+        names = drive.columns if self.columns is None else self.columns.mapping
         for path in paths:
             check_plain(path, "a plan")
         options = read_plan(list(paths), drive.ratio, names, drive.protocol)

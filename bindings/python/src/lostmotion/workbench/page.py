@@ -21,6 +21,7 @@ from lostmotion.report.ladder import draw_ladder
 from lostmotion.report.wording import NOISE_FLOOR, NOISE_FLOOR_IS, words
 from lostmotion.shipped import find_inputs
 from lostmotion.workbench.bench import Bench
+from lostmotion.workbench.column_map import ColumnsPanel
 from lostmotion.workbench.designs import DesignPanel, Search
 from lostmotion.workbench.handing_out import ExportPanel
 from lostmotion.workbench.measured import DrivePanel, MeasuredPanel, WherePanel
@@ -80,6 +81,7 @@ class Page:
         self.work = work
         self.panels: list[Panel] = [
             DrivePanel(bench, work, self.load_example),
+            ColumnsPanel(bench, work, self.load_paths),
             MeasuredPanel(bench, work),
             WherePanel(bench, work),
             PlotsPanel(bench, work),
@@ -90,6 +92,7 @@ class Page:
             ExportPanel(bench, work),
         ]
         self.seen: tuple[int, int] | None = None
+        self.refused: object = None
         opened = (panel for panel in self.panels if panel.name == bench.opened)
         self.open = next(opened, self.panels[0])
 
@@ -134,7 +137,6 @@ class Page:
         with ui.element("div").classes("stack"):
             self.drive_path = self.field("drive file", "joint.toml")
             self.data_paths = self.field("recordings, files or folders", "recordings/")
-            self.columns = self.field("columns with other names", "POSITION=lost_motion_rev")
             with ui.element("div").classes("line"):
                 action("Load", self.load_paths, main=True).mark("load")
             self.drop = ui.upload(
@@ -148,7 +150,6 @@ class Page:
         drive = self.bench.drive
         self.drive_path.value = drive.file if drive is not None else ""
         self.data_paths.value = shlex.join(map(str, self.bench.paths))
-        self.columns.value = " ".join(self.bench.mapping)
 
     def field(self, text: str, example: str) -> ui.input:
         """Make an input that loads on Enter."""
@@ -159,11 +160,10 @@ class Page:
         """Load the files named in the fields."""
         try:
             paths = shlex.split(self.data_paths.value or "")
-            mapping = shlex.split(self.columns.value or "")
         except ValueError as error:
             self.work.say(f"recordings: {error}")
             return
-        self.load(self.drive_path.value.strip(), paths, mapping)
+        self.load(self.drive_path.value.strip(), paths)
 
     def load_example(self) -> None:
         """Load the input files of the demonstration."""
@@ -177,7 +177,7 @@ class Page:
         self.search.spec = self.search.spec or str(folder / "spec.toml")
         self.load_paths()
 
-    def load(self, drive: str, paths: list[str], mapping: list[str]) -> None:
+    def load(self, drive: str, paths: list[str]) -> None:
         """Load a drive, recordings or both in the background."""
         now = self.bench.drive
         new = bool(drive) and (now is None or now.file != drive or bool(paths))
@@ -189,7 +189,7 @@ class Page:
                 self.bench.load_drive(drive)
             if paths:
                 file = drive if new and together else None
-                self.bench.load_recordings(paths, mapping, self.work.tick, file)
+                self.bench.load_recordings(paths, None, self.work.tick, file)
 
         if not drive and not paths:
             self.work.say("nothing to load: name a drive file, or drop one")
@@ -234,7 +234,7 @@ class Page:
             self.drive_path.value = self.bench.drive.file
         if recordings:
             self.data_paths.value = shlex.join(recordings)
-        self.load_paths() if recordings else self.load(self.drive_path.value, [], [])
+        self.load_paths() if recordings else self.load(self.drive_path.value, [])
 
     def show_model(self) -> None:
         """Show the error and the effects of the current model."""
@@ -302,7 +302,19 @@ class Page:
             self.show_job()
             if before is None or before[0] != now[0]:
                 self.show_bench()
+            self.ask_columns()
         self.open.update()
+
+    def ask_columns(self) -> None:
+        """Open the columns of recordings that were refused because of them."""
+        bench, table = self.bench, self.bench.columns
+        if self.work.busy or table is None or bench.named == bench.paths:
+            return
+        if self.refused != bench.named:
+            self.refused = bench.named
+            rows, lacking = table.rows()
+            if lacking or any(row.fault for row in rows):
+                self.turn_to("columns")
 
     def show_bench(self) -> None:
         """Show the loaded data and the error of the model."""

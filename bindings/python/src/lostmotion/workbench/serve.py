@@ -17,6 +17,7 @@ from starlette.responses import PlainTextResponse, Response
 
 from lostmotion.effects.effect import Effect
 from lostmotion.errors import InputError
+from lostmotion.recordings import parse_map
 from lostmotion.recordings.joining import Join
 from lostmotion.terminal import ending_in_order
 from lostmotion.workbench.bench import Bench
@@ -102,7 +103,7 @@ def serve(
         if drive is not None:
             bench.load_drive(drive)
         if data:
-            bench.load_recordings(data, mapping, lambda done, steps: None)
+            bench.load_recordings(data, parse_map(mapping), lambda done, steps: None)
         make_app(bench, work, search)
         app.add_middleware(Guard, token=token, cookie=f"lostmotion_{place}")
         if not quiet or not show:
