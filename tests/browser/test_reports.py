@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from chromium import BROWSER, SPEC, TESTS, WIDTHS, needs_browser, open_page
+from chromium import BROWSER, DRIVER, SPEC, TESTS, WIDTHS, needs_browser, needs_driver, open_page
 
 from lostmotion import __version__
 from lostmotion.cli import main
@@ -88,6 +88,47 @@ def test_a_report_carries_the_numbers_behind_every_picture_and_how_it_was_made(
     assert "lostmotion " + ("predict" if name == "drawn" else name) in page
     if name in MEASURED:
         assert hashlib.sha256((folder / "data.csv").read_bytes()).hexdigest() in page
+
+
+OPEN_S = 2.0
+"""Largest time in which the report of the demo opens. The limit applies to the CPU time of the
+page's thread, from the start of the navigation until the first chart is drawn: unlike the
+elapsed time it does not grow when other processes use the machine. Measured on aarch64: 1.2 s, of
+which 0.2 s until the text is shown."""
+
+IN_VIEW_ONLY = "window.requestIdleCallback = () => 0;"
+"""Stops the drawing of charts out of view, which a page does while it is idle."""
+
+OPENED = """
+const first = document.querySelector('.chart');
+first.scrollIntoView();
+return performance.getEntriesByName('first-contentful-paint').length && first.dataset.drawn;
+"""
+"""Whether the text is shown and the first chart is drawn."""
+
+
+@needs_driver
+def test_the_report_of_the_demo_opens_in_two_seconds(folder: Path, tmp_path: Path) -> None:
+    from selenium import webdriver
+    from selenium.webdriver.support.wait import WebDriverWait
+
+    options = webdriver.ChromeOptions()
+    options.binary_location = str(BROWSER)
+    for word in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"):
+        options.add_argument(word)
+    options.add_argument(f"--user-data-dir={tmp_path / 'profile'}")
+    driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(str(DRIVER)))
+    try:
+        driver.execute_cdp_cmd("Performance.enable", {"timeDomain": "threadTicks"})
+        before_load = {"source": IN_VIEW_ONLY}
+        driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", before_load)
+        driver.get((folder / "demo.html").as_uri())
+        WebDriverWait(driver, 300).until(lambda one: one.execute_script(OPENED))
+        metrics = driver.execute_cdp_cmd("Performance.getMetrics", {})["metrics"]
+    finally:
+        driver.quit()
+    spent = {one["name"]: one["value"] for one in metrics}["TaskDuration"]
+    assert 0.0 < spent < OPEN_S
 
 
 CHECKSUM = "CRC-32 of all bits"
