@@ -32,7 +32,7 @@ function(lm_build_nlopt)
   foreach(part CXX FORTRAN PYTHON OCTAVE MATLAB GUILE JAVA SWIG LUKSAN TESTS)
     set(NLOPT_${part} OFF)
   endforeach()
-  set(CMAKE_POLICY_DEFAULT_CMP0063 NEW) # hidden, where the project around it says so
+  set(CMAKE_POLICY_DEFAULT_CMP0063 NEW) # hidden, if the enclosing project sets it
   set(BUILD_SHARED_LIBS OFF)
   set(CMAKE_POSITION_INDEPENDENT_CODE ON)
   # EXCLUDE_FROM_ALL keeps NLopt's own install rules out of ours.

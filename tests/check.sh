@@ -1,4 +1,4 @@
-# ./dev check: all examinations of the code that are not tests of its results. Sourced by dev, whose
+# ./dev check: all checks of the code except the tests of its results. Sourced by dev, whose
 # functions it uses. A missing tool is named, and its step left out.
 
 failed_steps=''

@@ -92,7 +92,7 @@ int axis_story(float *most_rad) {
   if (moved_rad > STILL_RAD) {
     return 2;
   }
-  /* First homing, in motion: the load history is unknown, and the error of the zero says so. */
+  /* First homing, in motion: the load history is unknown, and the stated error of the zero includes this. */
   run(&j, 100, LOAD_NM, FAST_RAD);
   zero_rad = j.wish_rad;
   error_rad = lm_axis_reference(&j.drive, j.motor_rad, 0.5f);

@@ -298,7 +298,7 @@ def test_no_request_passes_without_the_secret(
     headers = [(b"host", host.encode() if isinstance(host, str) else host), (b"cookie", cookie)]
     headers += [] if origin is None else [(b"origin", origin)]
     scope = {"type": kind, "path": path, "method": "GET", "headers": headers, "query_string": query}
-    asyncio.run(Guard(app, "a secret that nobody guesses", "lostmotion_1")(scope, receive, send))
+    asyncio.run(Guard(app, "a secret token", "lostmotion_1")(scope, receive, send))
     assert not passed
     assert sent[0].get("status", 403) == 403
 

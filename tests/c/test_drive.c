@@ -350,7 +350,7 @@ static void a_number_out_of_range_is_refused_by_its_key(void) {
   }
 }
 
-/* Whether this value of the number is accepted. If the drive is refused, then because of another
+/* Whether this value of the number is accepted. If the drive is refused, the fault is in another
  * key that contradicts it. */
 static int in_range(const number *n, lm_real value) {
   replace(n, value);

@@ -306,7 +306,7 @@ static void sections_share_the_face_width_and_twist(void) {
 
 /* A flexspline that is moved along a flank that carries forward slides on it: this gap stays and
  * that of the tooth's other flank changes. Its teeth narrow outwards inside the rigid gear, inwards
- * around it, and each stands in a direction of its own. */
+ * around it, and each has its own direction. */
 static void eccentricity_along_a_flank_leaves_its_gap(void) {
   const lm_real torque[] = {1};
   int d;

@@ -2,7 +2,7 @@
 
     measure.py golden        the same bits on every target
     measure.py cost          instructions, flash, RAM, stack and symbols against their limits
-    measure.py cost --write  the same, and the page of the documentation that holds the table
+    measure.py cost --write  the same, and the page of the documentation with the table
 
 Exits 1 when a figure passes its limit, a bit differs, or the page is not what was measured with the
 page's own compilers. A target whose compiler or emulator is missing is skipped with a notice, never
@@ -605,7 +605,7 @@ envelope; the limits of size do not apply |
 
 
 def make_page(rows: list[Row]) -> str:
-    """The page of the documentation."""
+    """Page of the documentation that contains the table."""
     programs = [row.target.compiler for row in rows] + [row.target.emulator for row in rows]
     versions = "".join(f"* {line}\n" for line in dict.fromkeys(map(version_of, programs)))
     table = HEAD + "".join(row.cells() + "\n" for row in rows)

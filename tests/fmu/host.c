@@ -1,6 +1,6 @@
 /* A host of FMI 2.0 in four threads, for the sanitizers: each runs an instance of its own, saves,
  * serializes and restores its state, makes calls that are refused, and frees everything. All must
- * come to the same numbers, which go to nobody else. */
+ * get the same numbers, each in its own instance. */
 #include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -41,7 +41,7 @@ static void ignore(fmi2ComponentEnvironment environment, fmi2String name, fmi2St
   (void)message;
 }
 
-/* Inputs that go to and fro; those that this FMU does not have are refused, which is no fault. */
+/* Oscillating inputs; those that this FMU does not have are refused, which is correct. */
 static void set_inputs(fmi2Component c, int k) {
   const fmi2ValueReference reference[] = {TORQUE, INPUT_ANGLE, OUTPUT_ANGLE};
   double wave = (double)(k % 400) / 200.0 - 1.0;

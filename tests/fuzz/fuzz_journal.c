@@ -140,7 +140,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     }
     answer_soundly(&problem, &tasks[i], &from, &answer);
     change(&answer, &from);
-    /* A record holds as many designs as its counts say. */
+    /* A record contains as many designs as its counts state. */
     if (answer.solution_count < 0 || answer.solution_count > LM_SOLUTION_MAX ||
         answer.member_count < 0 || answer.member_count > LM_PARENT_MAX) {
       const int known =

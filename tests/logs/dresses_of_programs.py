@@ -107,7 +107,7 @@ def _(folder: Path, sheet: Sheet) -> Path:
 @dress(
     "Yokogawa scope, a block without a column of time",
     expected=REFUSED,
-    reason="the time stands in the preamble as a step: a column of time is missing",
+    reason="the preamble states a time step, and there is no time column",
     says=("time",),
 )
 def _(folder: Path, sheet: Sheet) -> Path:

@@ -374,7 +374,7 @@ def line_faults() -> list[Fault]:
         "time",
         "14",
     )
-    clock("the clock goes on by an hour", times + 3600 * (after & of_run), "time", "14")
+    clock("the clock jumps ahead by an hour", times + 3600 * (after & of_run), "time", "14")
     clock("the clock is set by -0.3 s", times - 0.3 * (after & of_run), "time", "14")
     clock(
         "the clock begins anew in a run",

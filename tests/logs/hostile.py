@@ -401,7 +401,7 @@ def _many(folder: Path) -> Path:
 
 
 HOSTILE |= {
-    "a named pipe that nobody writes to": _fifo,
+    "a named pipe without a writer": _fifo,
     "a link to /dev/zero": _zero,
     "a link to itself": _loop,
     "a folder of twenty thousand files of one row": _many,

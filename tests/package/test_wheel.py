@@ -55,7 +55,7 @@ def run(*words: str | Path, **options: Any) -> str:
 
 
 def pip(*words: str | Path, python: str | Path = sys.executable, **options: Any) -> str:
-    """Run pip, which may not reach an index: then the test is left out and says so.
+    """Run pip, which may not reach an index: then the test is skipped with the reason.
 
     An index that has other versions than the wanted one was reached: that is a failure.
     """
@@ -178,7 +178,7 @@ def test_the_sdist_holds_the_library_and_its_wheel_runs_on_another_python(tmp_pa
 
 
 def check_what_the_name_says(wheel: Path, archive: zipfile.ZipFile) -> None:
-    """A wheel that loads the system's NLopt says so in its name, its WHEEL and its SBOM."""
+    """A wheel that loads the system's NLopt states this in its name, its WHEEL and its SBOM."""
     inside = {name: archive.read(name) for name in archive.namelist()}
     about = f"lostmotion-{__version__}.dist-info"
     search = inside.get("lostmotion/_search.abi3.so", b"")

@@ -1,11 +1,11 @@
 /* plant bench JOINT       a recording of the gear on a bench, as CSV
  * plant run JOINT KHZ=BLOB ... [WORD]
- *                         every case (those whose name holds WORD) without compensation, with a
- *                         constant width, with the table of the true mean curve, with the library,
- *                         whose parameters for a loop of KHZ are in BLOB
- * plant duty BLOB HOURS   fades of the watch in so many hours of ordinary duty, and the seconds
- *                         that a wrong sign, another drive and a drive that compensates already
- * take
+ *                         every case, or those whose names contain WORD: without compensation,
+ *                         with a constant width, with the table of the true mean curve, and with
+ *                         the library, whose parameters for a loop of KHZ are in BLOB
+ * plant duty BLOB HOURS   number of fades by the watch in HOURS of ordinary duty, and the seconds
+ *                         until it fades at a wrong sign, with another drive, and with a drive that
+ *                         already compensates
  *
  * Errors are those of the output, arcsec rms over the scored time. Exit status 1 if the library is
  * worse than no compensation, rings or, on the standard joint, is more than a tenth worse than the

@@ -1,6 +1,6 @@
 /* For Frama-C Eva (prove.sh): no alarm means no undefined behaviour for any input: no index
- * out of bounds, no overflow, no conversion of a number that does not fit, no use of what was not
- * written. Three entry points:
+ * out of bounds, no overflow, no conversion of a number that does not fit, no read of
+ * uninitialised memory. Three entry points:
  *
  *     prove_step         what runs per tick and beside it, with parameters anywhere in the ranges
  *                        that the check accepts and inputs of any bits, NaN and infinity included

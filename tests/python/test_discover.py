@@ -79,7 +79,7 @@ def test_the_missing_effect_is_named_and_the_error_falls(warm_gap):
     first = found["candidates"][0]
     assert first["name"] == "thermal_gap"
     assert first["parameters"]["gap_rad_per_K"] == pytest.approx(0.3 * ARCSEC, rel=0.1)
-    assert first["at_bound"] == ["gap_rad"]  # the gap never closes: any large one will do
+    assert first["at_bound"] == ["gap_rad"]  # the gap never closes: every large value fits
 
 
 def test_the_answer_has_every_key_of_the_interface(warm_gap):

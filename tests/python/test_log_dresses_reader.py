@@ -355,7 +355,7 @@ def test_a_gzip_beyond_the_bound_is_refused_before_it_is_inflated(tmp_path: Path
         stream.write((",".join(NAMES) + "\n").encode())
         for _ in range(40):
             stream.write(b"1,0,0,0,0,0\n" * 90_000)
-    with pytest.raises(InputError, match="a gzip that holds more than 32 MiB"):
+    with pytest.raises(InputError, match="a gzip that contains more than 32 MiB"):
         read(tmp_path, packed.getvalue())
 
 

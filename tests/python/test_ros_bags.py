@@ -325,17 +325,17 @@ def test_what_a_bag_inflates_to_is_bounded(tmp_path: Path) -> None:
     storage = next(bag.glob("*.zstd"))
     storage.write_bytes(zstd.compress(b"\0" * (1 << 28)))
     assert storage.stat().st_size < 1 << 20
-    with pytest.raises(InputError, match=f"holds more than {INFLATED_LEAST >> 20} MiB"):
+    with pytest.raises(InputError, match=f"contains more than {INFLATED_LEAST >> 20} MiB"):
         read(bag, OUTPUT, INPUT, EFFORT)
     shutil.rmtree(bag)
     big = message("std_msgs/msg/UInt8MultiArray", layout=empty_layout(), data=zeros(1 << 27))
     one = [(START_NS, "/picture", big), *arm(50)]
     bag = write_bag(tmp_path / "chunks", one, StoragePlugin.MCAP, CompressionMode.STORAGE)
     assert sum(file.stat().st_size for file in bag.iterdir()) < 1 << 20
-    with pytest.raises(InputError, match=f"holds more than {INFLATED_LEAST >> 20} MiB"):
+    with pytest.raises(InputError, match=f"contains more than {INFLATED_LEAST >> 20} MiB"):
         list_columns(bag)
     bag = write_bag(tmp_path / "messages", one, StoragePlugin.SQLITE3, CompressionMode.MESSAGE)
-    with pytest.raises(InputError, match=f"holds more than {INFLATED_LEAST >> 20} MiB"):
+    with pytest.raises(InputError, match=f"contains more than {INFLATED_LEAST >> 20} MiB"):
         list_columns(bag)
 
 

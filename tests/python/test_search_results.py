@@ -108,7 +108,7 @@ def test_every_design_of_the_front_is_a_drive_with_margins(
     assert result.certificate is not None
     assert result.certificate["holds"]
     assert sum(result.combinations.values()) == 4
-    # front.csv holds the same designs
+    # front.csv contains the same designs
     rows = (run / "front.csv").read_text().splitlines()
     assert len(rows) == 1 + len(result.front)
     assert rows[0].startswith("verified,generator.type,teeth.flexspline_teeth")

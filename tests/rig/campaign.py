@@ -228,7 +228,7 @@ class Campaign:
         """The catalogue data of the drive as a drive file."""
         drive = self.bench.drive
         lines = [
-            "# What a buyer of this drive knows: its catalogue sheet.",
+            "# The catalogue sheet of the drive.",
             "[drive]",
             f'name = "{name}"',
             f"ratio = {drive.ratio}",

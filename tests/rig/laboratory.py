@@ -31,7 +31,7 @@ SCATTER = {"stiffness": 0.003, "friction": 0.02, "gap": 0.01}
 SIZE_TOLERANCE = 0.03
 SEARCHES = 12
 EXERCISE_SAMPLES = 40
-"""Samples of torque that are not recorded, before the first run and between runs of strangers."""
+"""Samples of torque that are not recorded, before the first run and between runs of `strangers`."""
 
 
 @dataclass(frozen=True)

@@ -52,9 +52,9 @@
  *     slope of the torsion curve times the rms of the torque noise.
  *   - The position loop closes on the motor encoder. A loop that closes on an output encoder
  *     corrects the lost motion by itself; an added correction would shift the output by its full
- *     amount. In that case use the model as a feed-forward for what the loop is too slow for: the
- *     motor's travel across the lost motion at a load reversal, and the ripple of effects such as
- *     kinematic_error. Add velocity_rad_s times ratio to the commanded motor velocity and
+ *     amount. In that case use the model as a feed-forward for motions above the bandwidth of the
+ *     loop: the motor's travel across the lost motion at a load reversal, and the ripple of effects
+ *     such as kinematic_error. Add velocity_rad_s times ratio to the commanded motor velocity and
  *     acceleration_rad_s2 times ratio to its acceleration, and add nothing to the position
  *     (firmware_examples/output_loop). Both are rates of the output.
  *

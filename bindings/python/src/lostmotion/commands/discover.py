@@ -412,7 +412,7 @@ def show_check(answer: Mapping[str, Any], out: TextIO) -> None:
 
 
 def show_runs_lacking(answer: Mapping[str, Any], out: TextIO) -> None:
-    """Say so if there are too few runs to identify an effect."""
+    """Print a note if there are too few runs to identify an effect."""
     if not answer["enough_runs"]:
         print(f"fewer than {rules.RUNS_LEAST} runs: diagnose cannot identify an effect", file=out)
 

@@ -16,7 +16,7 @@ FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
 
 BINS = 16
-"""Bins of a covariate; each holds the same number of samples."""
+"""Bins of a covariate; each contains the same number of samples."""
 
 FINE_BINS = 64
 """Bins of the torque and of an angle's turn, in which there may be ripples."""

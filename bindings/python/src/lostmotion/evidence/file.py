@@ -1,4 +1,4 @@
-"""The evidence of a campaign, or of several merged, and the file that holds it.
+"""The evidence of a campaign, or of several merged, and the file that contains it.
 
 Evidence is saved as one Gram matrix per run: of the derivatives of the baseline model, the
 scattering columns, every effect and shape, and the residual, whitened and unwhitened; with the

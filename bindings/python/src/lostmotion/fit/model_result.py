@@ -43,7 +43,7 @@ def amplitudes(angle_rad: FloatArray, residual: FloatArray, order: FloatArray) -
 
 
 class ModelResult:
-    """A result that holds a fitted model.
+    """A result that contains a fitted model.
 
     A subclass provides the model (`fitted_base`) and, if available, standard errors
     (`errors_by_name`).

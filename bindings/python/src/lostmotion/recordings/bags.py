@@ -149,7 +149,7 @@ class _Budget:
             raise InputError(
                 self.file,
                 "",
-                f"a bag that holds more than {self.bound >> 20} MiB",
+                f"a bag that contains more than {self.bound >> 20} MiB",
                 f"at most {INFLATED_LEAST >> 20} MiB, or {INFLATION_MAX} times its size on disk",
             )
 

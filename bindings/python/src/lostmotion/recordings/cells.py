@@ -64,7 +64,7 @@ def is_missing(text: str) -> bool:
 
 
 def is_value(text: str) -> bool:
-    """Whether a cell holds a number, with its unit or without, or a time stamp."""
+    """Whether a cell contains a number, with its unit or without, or a time stamp."""
     cell = plain(text)
     return VALUE.fullmatch(cell) is not None or unit_behind(cell) != ""
 

@@ -68,7 +68,7 @@ def inflate(file: str | Path, packed: bytes, most: int | None = None) -> bytes:
                     raise InputError(
                         file,
                         "",
-                        f"a gzip that holds more than {bound >> 20} MiB",
+                        f"a gzip that contains more than {bound >> 20} MiB",
                         f"at most {INFLATED_LEAST >> 20} MiB, or {INFLATION_MAX} times the "
                         "file; Parquet for more",
                     )

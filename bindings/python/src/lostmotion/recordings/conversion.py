@@ -87,7 +87,7 @@ def refuse_different(file: str, rows: Rows, chosen: Chosen) -> None:
 
 
 def is_text(column: Any) -> bool:
-    """Whether a column of Arrow holds text."""
+    """Whether a column of Arrow contains text."""
     kind = str(column.type)
     return kind.startswith(("string", "large_string", "dictionary<values=string"))
 
@@ -101,7 +101,7 @@ def writes_numbers(column: Any) -> bool:
 
 
 def holds_numbers(column: Any) -> bool:
-    """Whether a column of Arrow holds numbers."""
+    """Whether a column of Arrow contains numbers."""
     return str(column.type).startswith(("int", "uint", "float", "double", "halffloat", "decimal"))
 
 

@@ -122,7 +122,7 @@ def export_fmu(
     files = {"modelDescription.xml": description.xml(version)}
     if compiler is None:
         notes.append(
-            "No C compiler was found: the FMU holds its sources and no binary. Install one, or "
+            "No C compiler was found: the FMU contains its sources and no binary. Install one, or "
             "compile the sources on the target machine."
         )
     else:
@@ -214,7 +214,7 @@ def own_sources(controller: Controller) -> dict[str, str]:
     for effect in controller.own.values():
         if not effect.formula:
             found = "a shared object" if effect.symbol else "a Python function"
-            raise InputError("--effects", effect.name, found, "a formula: an FMU holds the source")
+            raise InputError("--effects", effect.name, found, "a formula: an FMU contains the source")
         text = write_c(effect).replace('"lostmotion/effects.h"', '"lostmotion.h"')
         made[f"own_{effect.name}.c"] = f'#include "library_config.h"\n\n{text}'
     return made
