@@ -603,7 +603,7 @@ static lm_real bound(lm_compensator *compensator) {
   lm_real down_Nm = 0;
   lm_real up_rad = 0;
   lm_real down_rad = 0;
-  int32_t unknown = 0;
+  int unknown = 0;
   int32_t i;
   for (i = bank->outside_count; i < bank->count; ++i) {
     wound_Nm += bank->slot[i].weight * (plays->z_Nm[i] - at_Nm);
@@ -612,7 +612,7 @@ static lm_real bound(lm_compensator *compensator) {
     lm_real low_Nm;
     lm_real high_Nm;
     if (is_unknown(compensator, i, &low_Nm, &high_Nm)) {
-      unknown += 1;
+      unknown = 1;
       lm_real weight = bank->slot[i].weight;
       lm_real up = weight * greatest(high_Nm - plays->z_Nm[i], 0);
       lm_real down = weight * greatest(plays->z_Nm[i] - low_Nm, 0);
@@ -625,7 +625,7 @@ static lm_real bound(lm_compensator *compensator) {
       }
     }
   }
-  if (unknown == 0) {
+  if (!unknown) {
     lm_declare_memory_known(compensator);
   }
   up_rad += wind(compensator->parameters, wound_Nm, up_Nm);

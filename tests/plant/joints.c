@@ -9,7 +9,7 @@ static const joint_kind kinds[JOINTS] = {
      {.ratio = PLANT_RATIO}, /* that of plant_start */
      PLANT_RATED_NM,
      PLANT_GRAVITY_NM,
-     0.8 * ARCSEC, /* one count */
+     0.5 * ARCSEC,
      25,
      40,
      150, /* 40 Hz with its rotor */

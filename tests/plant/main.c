@@ -148,11 +148,11 @@ static const trial trials[] = {
     {&crossing, "raw current, error told", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 0, 1, 0},
     {&rest_at_zero, "raw current, error told", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 0, 1, 0},
     {&move_dwell, "ripple, raw sensor", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 1, 0, RIPPLE_RAD},
-    {&crossing, "ripple, raw sensor", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 1, 0, RIPPLE_RAD},
-    {&rest_at_zero, "ripple, raw sensor", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 1, 0, RIPPLE_RAD},
-    {&rest_at_zero, "ripple, raw current", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 1, 0, RIPPLE_RAD},
+    {&crossing, "ripple, raw sensor", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 0, 0, RIPPLE_RAD},
+    {&rest_at_zero, "ripple, raw sensor", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 0, 0, RIPPLE_RAD},
+    {&rest_at_zero, "ripple, raw current", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 0, 0, RIPPLE_RAD},
     {&move_dwell, "ripple, raw current", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 1, 0, RIPPLE_RAD},
-    {&crossing, "ripple, raw current", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 1, 0, RIPPLE_RAD},
+    {&crossing, "ripple, raw current", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 0, 0, RIPPLE_RAD},
     {&move_dwell, "warm", FROM_MODEL, 0.98, 1, 0, 45, 0, 0, 0, 0},
     {&move_dwell, "temperature 25 K off", FROM_MODEL, 0.98, 1, 25, 20, 0, 1, 0, 0},
     {&move_dwell, "thermometer broken", FROM_MODEL, 0.98, 1, 380, 20, 0, 1, 0, 0},
@@ -346,13 +346,15 @@ static double measure_half_width(const joint_kind *kind) {
   return 0.5 * (up - plant_bench(&joint, -0.04 * kind->rated_Nm, PLANT_TURN_RAD));
 }
 
-/* What the page lists for the stiff joint. At zero load its lost motion, 6 arcsec, is less than the
- * error of the fitted model there, 7. A raw current with a ripple moves it by 17 arcsec, just above
- * what counts as ringing, in an irregular way that is none. */
-static int is_listed(const trial *t, const joint_kind *kind) {
-  return strcmp(kind->name, "stiff") == 0 &&
-         (t->what == &rest_at_zero ||
-          (t->what == &move_dwell && strcmp(t->wrong, "ripple, raw current") == 0));
+/* The one row in which the output is worse than without a compensation and the page says so: inside
+ * the backlash, at zero load, the twist follows from no torque. A vibration decides it. The row is
+ * excused only as long as it shows this itself: the true mean curve, read at the same torque, has
+ * to be worse than none and worse than the library. */
+static int is_out_of_reach(const trial *t, const joint_kind *kind, const score *by) {
+  return strcmp(kind->name, "stiff") == 0 && t->what == &rest_at_zero &&
+         strcmp(t->wrong, "ripple, raw sensor") == 0 &&
+         by[METHOD_TABLE].rms_rad > by[METHOD_NONE].rms_rad + kind->tolerance_rad &&
+         by[METHOD_TABLE].rms_rad > by[METHOD_LIBRARY].rms_rad;
 }
 
 static int judge(const trial *t, double rate_Hz, const knowledge *known) {
@@ -367,11 +369,11 @@ static int judge(const trial *t, double rate_Hz, const knowledge *known) {
   }
   best = fmin(by[0].rms_rad, fmin(by[1].rms_rad, by[2].rms_rad));
   if (by[3].rms_rad > by[0].rms_rad + tolerance_rad) {
-    fine = is_listed(t, known->kind);
-    verdict = fine ? "worse than none (listed)" : "WORSE THAN NONE";
+    fine = is_out_of_reach(t, known->kind, by);
+    verdict = fine ? "worse than none, as the true curve (known)" : "WORSE THAN NONE";
   } else if (by[3].rest_rad > fmax(by[0].rest_rad, RING_RAD) + RING_RAD) {
-    fine = is_listed(t, known->kind);
-    verdict = fine ? "moves (listed)" : "RINGS";
+    fine = 0;
+    verdict = "RINGS";
   } else if (by[3].rms_rad > CLOSE * best + tolerance_rad) {
     int known_worse = t->known_worse || known->kind != joint_of(0);
     verdict = known_worse ? "behind (known)" : "behind";
@@ -392,10 +394,10 @@ static int bench(const joint_kind *kind) {
   int number = 0;
   int i;
   int k;
+  plant joint; /* one gear: its friction remembers the run before */
+  start_joint(&joint, kind);
   printf("run,time_s,torque_Nm,lost_motion_rad,temperature_C\n");
   for (i = 0; i < 9; ++i) {
-    plant joint;
-    start_joint(&joint, kind);
     joint.temperature_C = temperature_C[i / 3];
     number += 1;
     for (k = 0; k <= 1000; ++k) {
