@@ -62,7 +62,6 @@ def strongest_order(
     """Find the most prominent order of an angle, in turns; none if no order is resolved."""
     c = base.conditions
     residual = base.residual()
-    residual = residual - c.run_mean(residual)[c.run_of]
     rows = np.concatenate([np.arange(at.start, at.stop) for at in turning])
     # Twice a period, as sampled by the slowest run.
     step = min(float(np.median(np.abs(np.diff(turns[at])))) for at in turning)

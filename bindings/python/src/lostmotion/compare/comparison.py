@@ -331,10 +331,10 @@ def _compare(
         Conditions(campaign), float(np.max(np.abs(torque))), torsion_curve
     )
     c = inside.conditions
-    measured = c.lost_motion - c.run_mean(c.lost_motion)[c.run_of]
+    measured = c.centred(c.lost_motion)
     as_sheet = inside.hysteresis.unfitted and not inside.terms
     stands = torsion_curve(torque) / ARCSEC if as_sheet else inside.at().angle
-    stands = measured - (stands - c.run_mean(stands)[c.run_of])
+    stands = measured - c.centred(stands)
     seen = runs_to_fit(campaign, fit_on)
     rows = None if seen.all() else seen[c.run_of]
 
@@ -390,7 +390,7 @@ def _compare_few(
     few = fit_few_readings(base) if seen.all() else None
     residual = base.residual() if few is not None else stands
     heldout = few.heldout() if few is not None else stands
-    measured = c.lost_motion - c.run_mean(c.lost_motion)[c.run_of]
+    measured = c.centred(c.lost_motion)
     variance = float(np.sum(measured**2))
     rms = (rms_of(residual) * ARCSEC, rms_of(heldout) * ARCSEC)
     # Only the residual shows the error of a reading, and the estimated values have absorbed a part

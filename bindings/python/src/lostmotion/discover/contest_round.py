@@ -120,8 +120,7 @@ class RecordedRound(ContestRound):
 def swing_by_run(base: BaselineModel, point: Point) -> FloatArray:
     """Root mean square of the baseline model in every run about its mean, arc seconds."""
     c = base.conditions
-    swing = point.angle - c.run_mean(point.angle)[c.run_of]
-    return np.asarray(np.sqrt(c.run_mean(swing**2)))
+    return np.asarray(np.sqrt(c.run_mean(c.centred(point.angle) ** 2)))
 
 
 def form_size(swing: FloatArray, rows: FloatArray) -> float:

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion.discover.linearise import columns_of
+from lostmotion.effects.conditions import Conditions, side_by_side
 from lostmotion.evidence.noise import Noise, fit_noise
 from lostmotion.fit.baseline import BaselineModel
 
@@ -18,6 +19,10 @@ FloatArray = npt.NDArray[np.float64]
 
 CALM_RIDGE = 1e-7
 """Relative ridge of the large least squares fit whose residual gives the noise."""
+
+
+ROWS_AT_ONCE = 2048
+"""Rows of all columns that are in memory together."""
 
 
 @dataclass
@@ -49,20 +54,19 @@ class LargestModel:
         point = base.at()
         fixed, _, scatter, _ = columns_of(base, point, form=False)
         residual = base.residual(point)
-        own = fixed.shape[1] + 3
-        ends = np.cumsum([0, own, *(block.shape[1] for block in blocks)])
+        parts = [side_by_side(fixed, scatter[:, :3]), *blocks]
+        ends = np.cumsum([0, *(part.shape[1] for part in parts)])
         places = [slice(a, b) for a, b in pairwise(ends.tolist())]
-        x = np.empty((residual.size, int(ends[-1])), order="F")
-        x[:, : fixed.shape[1]], x[:, fixed.shape[1] : own] = fixed, scatter[:, :3]
-        for place, block in zip(places[1:], blocks, strict=True):
-            x[:, place] = block
-        base.conditions.centre(x)
-        norm = np.sqrt(np.einsum("ij,ij->j", x, x))
+        square, along = centred_products(base.conditions, parts, residual)
+        norm = np.sqrt(np.diag(square))
         norm[norm == 0] = 1.0
-        x /= norm
-        normal = x.T @ x
+        normal = square / np.outer(norm, norm)
         normal[np.diag_indices_from(normal)] += CALM_RIDGE
-        rest = residual - x @ np.linalg.solve(normal, x.T @ residual)
+        step = np.linalg.solve(normal, along / norm) / norm
+        rest = residual.copy()
+        for part, place in zip(parts, places, strict=True):
+            rest -= part @ step[place]
+        rest = base.conditions.centred(rest)
         return cls(base, rest, normal, norm, places)
 
     def noise(self) -> Noise:
@@ -108,6 +112,27 @@ class LargestModel:
             float(x @ gram[own, own] @ x) for gram in (self.beside_baseline, self.beside_last)
         )
         return left / whole if whole > 0.0 else 1.0
+
+
+def centred_products(
+    c: Conditions, parts: Sequence[FloatArray], residual: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Gram matrix of columns centred by run, and their products with a residual.
+
+    The columns are never in memory together: they would be several times the recordings.
+    """
+    means = np.concatenate([c.run_mean(part).T for part in parts])
+    width = means.shape[0]
+    square, along = np.zeros((width, width)), np.zeros(width)
+    room = np.empty((width, min(ROWS_AT_ONCE, c.rows)))
+    for first in range(0, c.rows, ROWS_AT_ONCE):
+        at = slice(first, min(first + ROWS_AT_ONCE, c.rows))
+        piece = room[:, : at.stop - first]
+        np.concatenate([part[at].T for part in parts], out=piece)
+        piece -= means[:, c.run_of[at]]
+        square += piece @ piece.T
+        along += piece @ residual[at]
+    return square, along
 
 
 def estimate_noise(base: BaselineModel, blocks: Sequence[FloatArray]) -> Noise:

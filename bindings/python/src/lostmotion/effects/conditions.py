@@ -36,6 +36,13 @@ def side_by_side(*parts: FloatArray) -> FloatArray:
     return np.concatenate([np.atleast_2d(part.T) for part in parts]).T
 
 
+def subtract_means(columns: FloatArray, counts: npt.NDArray[np.intp]) -> None:
+    """Subtract from every column the means over groups of so many rows, in place."""
+    starts = np.cumsum(counts) - counts
+    for column in columns.T:
+        column -= np.repeat(np.add.reduceat(column, starts) / counts, counts)
+
+
 class Conditions:
     """Columns of a campaign, joined in file order, with rates derived from them.
 
@@ -111,8 +118,8 @@ class Conditions:
         nominal = reading - self.lost_motion * ARCSEC
         if turned is None:
             return np.asarray(nominal) if self.rough(nominal) < self.rough(reading) else reading
-        across = turned - self.run_mean(turned)[self.run_of]
-        up = nominal - self.run_mean(nominal)[self.run_of]
+        across = self.centred(turned)
+        up = self.centred(nominal)
         share = float(across @ up) / max(float(across @ across), 1e-300)
         rest = float(np.max(np.abs(up - share * across)))
         derived = rest <= SAME_ANGLE * max(1.0, float(np.max(np.abs(nominal))))
@@ -177,16 +184,18 @@ class Conditions:
 
     def centre(self, columns: FloatArray) -> None:
         """Subtract the mean of each run from every column, in place."""
-        for column in columns.T:
-            column -= self.run_mean(column)[self.run_of]
+        subtract_means(columns, np.diff(self.starts))
+
+    def centred(self, values: FloatArray) -> FloatArray:
+        """One column minus the mean of each run."""
+        return np.asarray(values - self.run_mean(values)[self.run_of])
 
     def centred_on(self, rows: npt.NDArray[np.bool_], values: FloatArray) -> FloatArray:
         """Values of some rows minus the mean of each run over them; one column or several."""
-        one = values.ndim == 1
-        kept = values * (rows if one else rows[:, None])
-        share = np.maximum(self.run_mean(rows.astype(np.float64)), 1e-12)
-        mean = self.run_mean(kept) / (share if one else share[:, None])
-        return np.asarray((values - mean[self.run_of])[rows])
+        kept = np.compress(rows, values.T, axis=-1).T
+        counts = np.add.reduceat(rows.astype(np.intp), self.starts[:-1])
+        subtract_means(kept.reshape(kept.shape[0], -1), counts[counts > 0])
+        return kept
 
     def known(self) -> frozenset[str]:
         """Names of the conditions that are known."""

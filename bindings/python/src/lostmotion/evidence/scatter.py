@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+from scipy.linalg.lapack import dtrtrs
 
 from lostmotion.evidence.gram import Evidence
 
@@ -168,13 +169,13 @@ class RestrictedLikelihood:
         flat = (self.cross * omega[:, None]).reshape(-1, n)
         x = self.total - flat.T @ c.reshape(-1, n)
         factor = factored(x[:-1, :-1] + self.ridge)
-        half = np.linalg.solve(factor, x[:-1, -1])
-        delta = np.linalg.solve(factor.T, half)
+        half, _ = dtrtrs(factor.T, x[:-1, -1], trans=1)
+        delta, _ = dtrtrs(factor.T, half)
         q = x[-1, -1] - half @ half
         value = 0.5 * (float(log_det.sum()) + q + 2.0 * np.log(np.diag(factor)).sum())
         rest = c[:, :, -1] - c[:, :, :-1] @ delta
-        inverse = np.linalg.inv(factor)
-        spread = c[:, :, :-1] @ inverse.T
+        spread, _ = dtrtrs(factor.T, c[:, :, :-1].reshape(-1, n - 1).T, trans=1)
+        spread = spread.T.reshape(*c.shape[:2], n - 1)
         slope = 0.5 * (np.einsum("rkk->k", a) - (spread**2).sum((0, 2)) - (rest**2).sum(0))
         own = a - spread @ spread.transpose(0, 2, 1)
         curvature = 0.5 * (own**2).sum(axis=0)

@@ -184,9 +184,8 @@ class BaselineModel:
 
     def residual(self, point: Point | None = None) -> FloatArray:
         """Measured minus model without the offset of each run, arc seconds."""
-        c = self.conditions
-        difference = self.measured - (self.angle() if point is None else point.angle)
-        return np.asarray(difference - c.run_mean(difference)[c.run_of])
+        angle = self.angle() if point is None else point.angle
+        return self.conditions.centred(self.measured - angle)
 
     # --- derivatives -----------------------------------------------------------------------------
 
@@ -327,10 +326,7 @@ class BaselineModel:
             point = self.at()
             known, known_rows = prior_rows(self.blocks(), x, noise)
             residual = point.angle - self.measured
-            if rows is None:
-                c.centre(residual[:, None])
-            else:
-                residual = c.centred_on(rows, residual)
+            residual = c.centred(residual) if rows is None else c.centred_on(rows, residual)
 
             def derivatives() -> FloatArray:
                 if rows is None:

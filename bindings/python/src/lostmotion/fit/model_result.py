@@ -118,7 +118,7 @@ class ModelResult:
             for term in base.terms:
                 require(term.effect, base.conditions)
         c, angle = base.conditions, base.at().angle
-        return np.asarray((angle - c.run_mean(angle)[c.run_of]) * ARCSEC)
+        return c.centred(angle) * ARCSEC
 
     def samples(self) -> dict[str, Any]:
         """Columns of every sample: recorded quantities, model and residual."""

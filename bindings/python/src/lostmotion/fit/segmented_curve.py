@@ -79,8 +79,7 @@ class SegmentedCurve:
             Torsion curve of the data sheet.
         """
         c = conditions
-        t = c.torque - c.run_mean(c.torque)[c.run_of]
-        y = lost_motion - c.run_mean(lost_motion)[c.run_of]
+        t, y = c.centred(c.torque), c.centred(lost_motion)
         mean = float(t @ y / max(float(t @ t), 1e-300))
         self.mean_slope = abs(mean) if mean else 1.0
         self.slopes = np.full(self.knots_Nm.size + 1, self.mean_slope)
