@@ -59,6 +59,9 @@ return place;
 """
 """Position of the map's cell with the largest value above the model."""
 
+PICTURES = "return [...document.images].filter((one) => one.naturalWidth > 0).length;"
+"""Number of pictures that the browser has drawn."""
+
 DOTS = ".front .scatterlayer path.point"
 """Designs of a front."""
 
@@ -247,6 +250,8 @@ def test_a_hidden_effect_is_found_added_and_exported(
 
         # --- which effect is missing
         view.turn_to("Effects")
+        view.wait(lambda: view.driver.execute_script(PICTURES) > 0, "the pictures of the effects")
+        assert "may be confounded with" in view.text("#panel-effects")
         view.press("Find what is missing")
         view.wait(lambda: view.text("#verdict") == "Missing: thermal gap.", "the verdict")
         view.idle()

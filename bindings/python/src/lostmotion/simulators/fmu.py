@@ -214,7 +214,9 @@ def own_sources(controller: Controller) -> dict[str, str]:
     for effect in controller.own.values():
         if not effect.formula:
             found = "a shared object" if effect.symbol else "a Python function"
-            raise InputError("--effects", effect.name, found, "a formula: an FMU contains the source")
+            raise InputError(
+                "--effects", effect.name, found, "a formula: an FMU contains the source"
+            )
         text = write_c(effect).replace('"lostmotion/effects.h"', '"lostmotion.h"')
         made[f"own_{effect.name}.c"] = f'#include "library_config.h"\n\n{text}'
     return made

@@ -7,12 +7,14 @@ from collections.abc import Mapping
 from html import escape
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 from nicegui import ui
 
 from lostmotion import rules
 from lostmotion.effects.effect import Effect
 from lostmotion.report.discovery import detectable_rows, verdict_sentence
+from lostmotion.report.effect_pictures import HEIGHT, WIDTH
 from lostmotion.report.evidence import dots_figure
 from lostmotion.report.ladder import ladder_figure
 from lostmotion.report.page import PageTable, rows_html
@@ -48,6 +50,14 @@ def capitalized(sentence: str) -> str:
     return sentence[:1].upper() + sentence[1:]
 
 
+def picture_of(effect: Effect) -> str:
+    """Show the contribution of an effect; the browser asks for it when it comes into view."""
+    return (
+        f'<img src="/effect/{quote(effect.name)}.svg" loading="lazy" width="{WIDTH:.0f}" '
+        f'height="{HEIGHT:.0f}" alt="{escape(words(effect.name))}: its contribution">'
+    )
+
+
 class EffectsPanel(Panel):
     """Which effect is missing: the verdict, the ladder, every effect with its evidence."""
 
@@ -76,7 +86,11 @@ class EffectsPanel(Panel):
         if model is not None:
             name = self.bench.need_drive().name
             self.chart(ladder_figure(model.ladder, model.noise_floor_arcsec, name))
-        self.html("<h3>Effects: tick one to add it and refit the model</h3>")
+        self.html(
+            "<h3>Effects: tick one to add it and refit the model</h3>"
+            '<p class="small soft">Pictures: the contribution of each with the typical values of '
+            "its card.</p>"
+        )
         ui.input("search effects", on_change=lambda event: self.search(event.value)).props(
             "dense outlined stack-label clearable"
         ).mark("search")
@@ -139,9 +153,12 @@ class EffectsPanel(Panel):
             entry.get("not_fitted") or (),
         ):
             lines.append(", ".join(known))
-        others = confounded_with(entry)
-        if others and entry["testable"]:
-            lines.append("confounded with " + ", ".join(map(words, others)))
+        if self.bench.diagnosis is None or not entry["testable"]:
+            others, how = list(effect.confused_with), "may be confounded with"
+        else:
+            others, how = confounded_with(entry), "confounded with"
+        if others:
+            lines.append(f"{how} {', '.join(map(words, others))}")
         row = ui.element("div").classes("effect" + ("" if entry["testable"] else " closed"))
         with row:
             box = ui.checkbox(
@@ -157,6 +174,7 @@ class EffectsPanel(Panel):
                     f'<div class="nats">{signs(f"{nats:.1f}")} nats<div class="strength">'
                     f'<div style="width:{share:.0f}%"></div></div></div>'
                 )
+            self.html(picture_of(effect)).classes("seen")
             self.html(escape("; ".join(lines))).classes("about")
         return " ".join([words(name), *lines]).lower(), row
 
@@ -254,6 +272,7 @@ class AlikePanel(Panel):
                 with ui.element("div"):
                     self.html(
                         rows_html(PageTable(words(name), ("", ""), rows, (1,)))
+                        + picture_of(about)
                         + f'<p class="small">{escape(capitalized(about.mechanism))}.<br>'
                         f"{escape(about.equation)}<br><b>Separated by:</b> "
                         f"{escape(about.experiment or 'nothing known')}</p>"

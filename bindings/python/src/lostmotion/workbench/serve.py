@@ -16,9 +16,10 @@ from nicegui import app, ui
 from starlette.responses import PlainTextResponse, Response
 
 from lostmotion.effects.effect import Effect
-from lostmotion.errors import InputError
+from lostmotion.errors import InputError, LostMotionError, one_line
 from lostmotion.recordings import parse_map
 from lostmotion.recordings.joining import Join
+from lostmotion.report.effect_pictures import draw_effect
 from lostmotion.terminal import ending_in_order
 from lostmotion.workbench.bench import Bench
 from lostmotion.workbench.designs import Search
@@ -182,6 +183,19 @@ def make_app(bench: Bench, work: Work, search: Search) -> None:
             if name in page.pictures:
                 return attachment(page.pictures[name], f"{name}.svg", "image/svg+xml")
         return PlainTextResponse("no such picture\n", 404)
+
+    drawn: dict[str, str] = {}
+
+    @app.get("/effect/{name}.svg")
+    def effect_picture(name: str) -> Response:
+        if name not in drawn:
+            if name not in bench.effects:
+                return PlainTextResponse("no such effect\n", 404)
+            try:
+                drawn[name] = draw_effect(bench.effects[name])
+            except LostMotionError as error:  # the user's own code may refuse the typical values
+                return PlainTextResponse(f"{one_line(str(error))}\n", 404)
+        return Response(drawn[name], media_type="image/svg+xml")
 
 
 def attachment(content: str, name: str, kind: str) -> Response:

@@ -1,0 +1,189 @@
+"""Pictures of the effects: the contribution of each over its conditions, by its own function.
+
+An effect of an angle, a speed or a condition alone is drawn over that condition; any other over the
+torque of a loop, one curve for each end of its condition. The values are the typical ones of the
+effect's card.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lostmotion.core import NEEDS
+from lostmotion.effects.conditions import NEUTRAL
+from lostmotion.effects.effect import Effect
+from lostmotion.report.svg import Array, Drawing, signs
+from lostmotion.results.colours import INK, SOFT
+from lostmotion.units import ARCSEC, plain_number
+
+WIDTH, HEIGHT = 148.0, 66.0
+"""Size of a picture, px."""
+
+MARGIN, LINE_PX, TEXT_PX = 3.0, 13.0, 10.0
+"""Margin of the curves, height of a line of text, and size of its letters, px."""
+
+SAMPLES = 241
+"""Number of samples of a curve."""
+
+LOAD_NM = 40.0
+"""Largest torque, N m: the rated torque of the drive of size 20 for which the typical values of the
+cards are stated."""
+
+STIFFNESS_NM_PER_RAD = 25_000.0
+"""Stiffness of that drive in its middle range."""
+
+BEYOND_LIMIT = 1.1
+"""Largest torque over the largest limit of an effect, so that its other branch is seen."""
+
+LOOP_S = 20.0
+"""Duration of the loop, s."""
+
+TURNING = (
+    "input_angle_rad",
+    "output_angle_rad",
+    "input_velocity_rad_s",
+    "output_acceleration_rad_s2",
+)
+"""Conditions that are the axis even if the effect needs the torque too."""
+
+PI = float(np.pi)
+
+COLOURS = ("#0077bb", "#cc3311")
+"""Of the curves at the lower and upper end; distinct for all types of colour vision."""
+
+
+@dataclass(frozen=True)
+class Span:
+    """Range of a condition in a picture, in its unit, and the two values of separate curves."""
+
+    name: str
+    low: float
+    high: float
+    reach: str
+    ends: tuple[float, float]
+    at: str
+
+
+SPANS = {
+    name: Span(*span)
+    for name, span in {
+        "torque_Nm": ("torque", -LOAD_NM, LOAD_NM, "", (-LOAD_NM, LOAD_NM), f"±{LOAD_NM:g} N·m"),
+        "input_angle_rad": ("input angle", -PI, PI, "one turn", (0.0, PI / 2), "0 and 90°"),
+        "output_angle_rad": ("output angle", -PI, PI, "one turn", (0.0, PI / 2), "0 and 90°"),
+        "input_velocity_rad_s": ("input speed", -30.0, 30.0, "±30 rad/s", (0.0, 30.0), "0 and 30"),
+        "output_acceleration_rad_s2": (
+            *("acceleration", -20.0, 20.0, "±20 rad/s²", (0.0, 20.0), "0 and 20"),
+        ),
+        "temperature_C": ("temperature", 0.0, 60.0, "0 to 60 °C", (0.0, 60.0), "0 and 60 °C"),
+        "cycles": ("cycles", 0.0, 1e6, "0 to 10⁶", (0.0, 1e6), "0 and 10⁶"),
+        "tilt_moment_Nm": ("tilt moment", -50.0, 50.0, "±50 N·m", (0.0, 50.0), "0 and 50 N·m"),
+        "axial_force_N": ("axial force", -500.0, 500.0, "±500 N", (-500.0, 500.0), "±500 N"),
+    }.items()
+}
+"""Ranges of a joint of size 20."""
+
+
+@dataclass(frozen=True)
+class Contribution:
+    """Contribution of an effect over one condition.
+
+    Attributes
+    ----------
+    axis : str
+        The condition.
+    values : ndarray
+        Of the condition.
+    curves : list of ndarray
+        Arc seconds, N m or a factor on the width.
+    between : str
+        The condition whose two ends the curves are for, if there are two.
+    """
+
+    axis: str
+    values: Array
+    curves: list[Array]
+    between: str = ""
+
+
+def contribution_of(effect: Effect) -> Contribution:
+    """Evaluate an effect with its typical values."""
+    needed = [name for name in SPANS if name in effect.needs]
+    others = [name for name in needed if name != "torque_Nm"]
+    load = max(
+        [LOAD_NM]
+        + [BEYOND_LIMIT * v.typical for v in effect.values if v.role == "fixed" and "_Nm" in v.name]
+    )
+    axis = next((name for name in others if name in TURNING), "")
+    axis = axis or (others[0] if others and "torque_Nm" not in needed else "torque_Nm")
+    between = next((name for name in needed if name != axis), "")
+    loop = axis == "torque_Nm"
+    along = loop_of(load) if loop else np.linspace(SPANS[axis].low, SPANS[axis].high, SAMPLES)
+    curves = []
+    for end in SPANS[between].ends if between else (0.0,):
+        run = {name: np.full(along.size, NEUTRAL.get(name, 0.0)) for name in NEEDS}
+        run["elapsed_s"][:] = LOOP_S / along.size
+        run["torque_Nm"] = np.full(along.size, 0.0)
+        if between:
+            run[between] = np.full(along.size, end)
+        run[axis] = along
+        run["elastic_rad"] = run["torque_Nm"] / STIFFNESS_NM_PER_RAD
+        run["wound_Nm"] = run["torque_Nm"]
+        run["time_s"] = np.arange(along.size) * LOOP_S / along.size
+        run["run_number"] = np.ones(along.size)
+        memory = np.zeros(max(effect.memory, 1))
+        result = np.array(effect.function(effect.typical, run, memory), dtype=np.float64)
+        curves.append(result / ARCSEC if effect.kind == "angle" else result)
+    return Contribution(axis, along, curves, between)
+
+
+def loop_of(load_Nm: float) -> Array:
+    """Torques of a loop from rest: up, down, and up again."""
+    phase = np.linspace(0.0, 1.5, SAMPLES)
+    return np.asarray(load_Nm * np.interp(phase, [0.0, 0.25, 0.75, 1.25, 1.5], [0, 1, -1, 1, 0]))
+
+
+def describe_picture(effect: Effect) -> str:
+    """Describe the picture of an effect in words."""
+    data = contribution_of(effect)
+    text = f"contribution over {SPANS[data.axis].name}"
+    if data.between:
+        at = SPANS[data.between]
+        text += f", at {at.name} {at.at}"
+    return text
+
+
+def draw_effect(effect: Effect) -> str:
+    """Draw the contribution of an effect as SVG."""
+    data = contribution_of(effect)
+    drawing = Drawing(WIDTH, HEIGHT, describe_picture(effect))
+    low = min(0.0, *(float(curve.min()) for curve in data.curves))
+    high = max(0.0, *(float(curve.max()) for curve in data.curves))
+    room = HEIGHT - 2 * LINE_PX
+    left, right = float(data.values.min()), float(data.values.max())
+
+    def across(values: Array) -> Array:
+        return np.asarray(MARGIN + (values - left) / (right - left) * (WIDTH - 2 * MARGIN))
+
+    def down(values: Array) -> Array:
+        return np.asarray(LINE_PX + (high - values) / ((high - low) or 1.0) * room)
+
+    drawing.rectangle(0, 0, WIDTH, HEIGHT, "#fff")
+    zero = float(down(np.zeros(1))[0])
+    drawing.line((MARGIN, zero, WIDTH - MARGIN, zero), SOFT, 0.7)
+    if left < 0.0 < right:
+        middle = float(across(np.zeros(1))[0])
+        drawing.line((middle, LINE_PX, middle, HEIGHT - LINE_PX), SOFT, 0.7)
+    for curve, colour in zip(data.curves, COLOURS, strict=False):
+        drawing.curve(np.column_stack((across(data.values), down(curve))), colour, 1.6)
+    unit = {"angle": "″", "torque": " N·m", "width": " × width"}[effect.kind]
+    largest = plain_number(max((abs(low), low), (abs(high), high))[1], 2)
+    drawing.text(MARGIN, LINE_PX - 3, signs(largest + unit), size=TEXT_PX, fill=INK)
+    span = SPANS[data.axis]
+    reach = span.reach or f"±{right:.3g} N·m"
+    drawing.text(MARGIN, HEIGHT - 3, f"{span.name}, {reach}", size=TEXT_PX, fill=INK)
+    if data.between:
+        at = f"at {SPANS[data.between].at}"
+        drawing.text(WIDTH - MARGIN, LINE_PX - 3, at, size=TEXT_PX, fill=INK, anchor="end")
+    return drawing.render()
