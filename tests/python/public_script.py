@@ -22,7 +22,10 @@ def main(folder: Path) -> None:
         "own", "a_rad * sin(input_turns)", values=[lm.Value("a_rad", "linear", 1e-5, -1e-3, 1e-3)]
     )
     print(own, fitted.fit_report(), lm.predict(drive, [0.0, 10.0])["total_arcmin"])
-    print(lm.characterize(campaign, drive=drive))
+    print(lm.characterize(drive, campaign))
+    steps: list[tuple[int, int]] = []
+    lm.compare(drive, campaign, progress=lambda done, of: steps.append((done, of)))
+    print(steps, lm.predict(drive, 10.0)._repr_html_())
     lm.write_drive(drive, folder / "copy.toml")
 
 

@@ -459,7 +459,7 @@ def test_the_printed_reducer_has_the_width_that_its_branches_have() -> None:
         ratio=drive.ratio,
         mapping=drive.columns,
     )
-    found = characterize(campaign, drive=drive)
+    found = characterize(drive, campaign)
     assert found.figures.samples.runs == 3
     large = [run for run in campaign.runs if np.max(run.torque_Nm) > 20]
     widths = [zero_widths(run.torque_Nm, run.lost_motion_rad[:, None]) for run in large]

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import inspect
+from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -18,6 +20,7 @@ from lostmotion.effects.library import library
 from lostmotion.errors import InputError
 from lostmotion.fit.drive_file import make_base
 from lostmotion.model import make_torsion_curve
+from lostmotion.on_progress import OnProgress
 from lostmotion.predict import predict
 from lostmotion.recordings import QUANTITIES, Campaign
 from lostmotion.torsion_curve import TorsionCurve
@@ -57,8 +60,31 @@ def test_the_package_lists_what_is_meant_to_be_used_and_nothing_else() -> None:
 
 
 def test_a_drive_comes_first_and_recordings_second() -> None:
-    for function in (lm.compare, lm.diagnose, lm.fit):
+    for function in (lm.characterize, lm.compare, lm.diagnose, lm.fit):
         assert list(inspect.signature(function).parameters)[:2] == ["drive", "campaign"]
+
+
+def test_progress_is_the_number_of_steps_in_every_function(drive: Drive, tmp_path: Path) -> None:
+    warm = campaign(runs=6, rows=80, add=gap)
+    spec = tmp_path / "spec.toml"
+    spec.write_text(
+        '[search]\nobjectives = ["lost_motion"]\nevaluations = 300\nworkers = 1\n'
+        '[search.fixed]\n"teeth.module_mm" = 0.25\n'
+        '[search.range]\n"generator.deflection_mm" = [0.21, 0.28]\n'
+    )
+    calls: dict[str, Callable[[OnProgress], object]] = {
+        "compare": lambda tell: lm.compare(drive, warm, progress=tell),
+        "fit": lambda tell: lm.fit(drive, warm, add="thermal_gap", progress=tell),
+        "diagnose": lambda tell: lm.diagnose(drive, warm, progress=tell),
+        "design": lambda tell: lm.design(spec, tmp_path / "run", progress=tell),
+    }
+    for name, call in calls.items():
+        seen: list[tuple[int, int]] = []
+        call(lambda done, of, seen=seen: seen.append((done, of)))  # type: ignore[misc]
+        assert seen, name
+        assert all(0 <= done <= of for done, of in seen), name
+        assert [done for done, _ in seen] == sorted(done for done, _ in seen), name
+        assert seen[-1][0] == seen[-1][1], name
 
 
 def test_a_module_that_is_called_as_a_function_stays_a_module(drive: Drive) -> None:
@@ -113,8 +139,14 @@ def test_the_arguments_in_the_wrong_order_are_named(drive: Drive, warm: Campaign
         diagnose(warm, drive)  # type: ignore[arg-type]
     with pytest.raises(InputError, match="compare: drive: found a Campaign, expected a Drive"):
         compare(warm, drive)  # type: ignore[arg-type]
-    with pytest.raises(InputError, match="fit_model: drive: found a Campaign, expected a Drive"):
+    with pytest.raises(InputError, match="fit: drive: found a Campaign, expected a Drive"):
         fit_model(warm, drive)  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="characterize: drive: found a Campaign, expected a D"):
+        lm.characterize(warm, drive)  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="characterize: campaign: found nothing, expected a C"):
+        lm.characterize(drive)
+    with pytest.raises(InputError, match="predict: drive: found a Campaign, expected a Drive"):
+        lm.predict(warm, [1.0])  # type: ignore[arg-type]
     with pytest.raises(InputError, match="diagnose: drive: found nothing, expected a Drive, or"):
         diagnose(None, warm)
 

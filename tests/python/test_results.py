@@ -165,6 +165,7 @@ def test_a_characterization_is_a_table_and_a_figure(campaign: lm.Campaign) -> No
 def test_a_prediction_is_a_table_and_a_figure() -> None:
     prediction = lm.predict(lm.read_drive(JOINT / "joint.toml"), [0.0, 10.0, 20.0])
     frame = prediction.to_dataframe()
+    assert prediction._repr_html_().count("<tr>") == 1 + len(frame)
     assert list(frame["torque_Nm"]) == [0.0, 10.0, 20.0]
     assert list(frame["total_arcmin"]) == prediction["total_arcmin"]
     names = [trace.name for trace in prediction.plot().data]

@@ -35,7 +35,7 @@ def test_progress_tells_where_the_search_stands(
     write_spec: Write, small_spec: dict[str, Any], tmp_path: Path
 ) -> None:
     seen: list[dict[str, Any]] = []
-    design.search(write_spec(small_spec), tmp_path / "run", workers=1, progress=seen.append)
+    design.search(write_spec(small_spec), tmp_path / "run", workers=1, watch=seen.append)
     last = seen[-1]
     assert last["stage"] == "done"
     assert last["evaluations"] <= last["budget"] == 2500
@@ -54,7 +54,7 @@ def test_an_error_in_progress_ends_the_search_and_comes_back(
         raise ZeroDivisionError("in the caller's own code")
 
     with pytest.raises(ZeroDivisionError):
-        design.search(write_spec(small_spec), tmp_path / "run", progress=fails)
+        design.search(write_spec(small_spec), tmp_path / "run", watch=fails)
     assert (tmp_path / "run" / "front.csv").exists()
 
 
@@ -91,7 +91,7 @@ def test_a_stopped_search_continues_to_the_same_bytes(
         if seen["evaluations"] > 300:
             stop.set()
 
-    result = design.search(spec, tmp_path / "run", workers=1, progress=watch, stop=stop)
+    result = design.search(spec, tmp_path / "run", workers=1, watch=watch, stop=stop)
     if not result.finished:
         assert (tmp_path / "run" / "front.csv").exists()
     result = design.search(spec, tmp_path / "run", resume=True)
@@ -183,7 +183,7 @@ def test_a_process_that_searches_in_a_folder_is_refused_it_once_more(
             assert IN_USE.encode() in done.stderr
             codes.append(done.returncode)
 
-    design.search(spec, tmp_path / "run", workers=1, progress=again)
+    design.search(spec, tmp_path / "run", workers=1, watch=again)
     assert codes == [2]
     assert left_by(tmp_path / "run") == expected
     assert design.search(spec, tmp_path / "run", resume=True).finished
@@ -231,7 +231,7 @@ def test_a_dask_cluster_gives_the_same_bytes_also_when_a_worker_is_killed(
     from distributed import Client
 
     with Client(address, set_as_default=False) as client:
-        design.search(spec, tmp_path / "hurt", executor=client, progress=kill_one)
+        design.search(spec, tmp_path / "hurt", executor=client, watch=kill_one)
     assert killed.is_set()
     assert left_by(tmp_path / "hurt") == expected
 

@@ -10,10 +10,11 @@ import numpy.typing as npt
 from lostmotion.callable_module import make_callable
 from lostmotion.catalogue import PARTS
 from lostmotion.drives import Drive
-from lostmotion.errors import InputError
+from lostmotion.errors import InputError, given_as
 from lostmotion.idealisations import idealisations
 from lostmotion.model import design_model, fitted_torsion_curve, reversal_torque
 from lostmotion.results import data_frame, figures
+from lostmotion.results.html_table import html_table
 from lostmotion.sensitivity import hint_sentence, hints, sensitivities
 from lostmotion.structs import without_effect
 from lostmotion.units import ARCMIN
@@ -48,6 +49,17 @@ class Prediction(dict[str, Any]):
         stiffness = {"stiffness_Nm_per_rad": self["stiffness_Nm_per_rad"]}
         return data_frame({"torque_Nm": self["torque_Nm"], **curves, **stiffness})
 
+    def _repr_html_(self) -> str:
+        curves = self.curves_arcmin()
+        rows = [
+            (f"{torque:g}", *(f"{curve[i]:.3f}" for curve in curves.values()))
+            for i, torque in enumerate(self["torque_Nm"])
+        ]
+        head = ("torque, N m", *(f"{name.replace('_', ' ')}, arcmin" for name in curves))
+        lost = self["reversal_lost_motion_arcmin"]
+        lead = f"{self['drive']}: reversal lost motion {lost:.3f} arcmin"
+        return html_table(head, rows, lead)
+
     def plot(self) -> Any:
         """Plot the torsion curve and its contributions (Plotly figure)."""
         axes = ("torque, N m", "angle, arcmin")
@@ -70,6 +82,7 @@ def predict(drive: Drive, torque_Nm: npt.ArrayLike, phase_rad: float = 0.0) -> P
     InputError
         If there is no torque, or one that is not finite.
     """
+    given_as("predict", "drive", drive, Drive)
     given = np.asarray(torque_Nm, dtype=np.float64).ravel()
     if given.size == 0:
         raise InputError("predict", "torque_Nm", "no torque", "one or more")

@@ -15,7 +15,7 @@ from __future__ import annotations
 import csv
 import io
 import zlib
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
@@ -28,6 +28,7 @@ from lostmotion.drives import read_drive
 from lostmotion.errors import InputError, LibraryError
 from lostmotion.export import Profile, build, known_effects, make_controller
 from lostmotion.files import read_bytes
+from lostmotion.on_progress import OnProgress
 from lostmotion.recordings import Campaign, Run
 from lostmotion.recordings.findings import RUNS_LISTED
 from lostmotion.units import ARCSEC
@@ -280,9 +281,7 @@ def load_parameters(
     return made
 
 
-def replay(
-    parameters: Any, campaign: Campaign, progress: Callable[[int, int], None] | None = None
-) -> Replay:
+def replay(parameters: Any, campaign: Campaign, progress: OnProgress | None = None) -> Replay:
     """Run the compensator over every run of a campaign, from power-up each.
 
     Parameters
@@ -291,7 +290,7 @@ def replay(
         From `read_parameters`.
     campaign : Campaign
     progress : callable, optional
-        Called with the runs done and their number.
+        ``progress(done, of)``, see `lostmotion.on_progress`.
     """
     c = core(32)
     result = Replay(parameters, [], notes_on(campaign.runs, float(parameters.limits.period_s)))

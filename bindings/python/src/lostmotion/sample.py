@@ -25,6 +25,7 @@ import numpy.typing as npt
 
 from lostmotion.cluster import connect, no_dask
 from lostmotion.errors import InputError, one_line
+from lostmotion.on_progress import OnProgress
 from lostmotion.recordings import (
     QUANTITIES,
     Campaign,
@@ -324,7 +325,7 @@ def sample_campaign(
     protocol: Protocol = FREE,
     rows: int = ROWS,
     dask: str | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: OnProgress | None = None,
 ) -> Campaign:
     """Read a sample of recordings that need not fit into memory.
 
@@ -338,7 +339,7 @@ def sample_campaign(
         Address of a Dask scheduler, or ``local`` for Dask on this machine; by default threads. The
         workers of a cluster must see the files under the same names.
     progress : callable, optional
-        Called with the number of steps done and their total.
+        ``progress(done, of)``, see `lostmotion.on_progress`.
 
     Returns
     -------
@@ -508,7 +509,7 @@ def read_or_sample(
     join: Join | None = None,
     dask: str | None = None,
     rows: int = ROWS,
-    progress: Callable[[int, int], None] | None = None,
+    progress: OnProgress | None = None,
 ) -> Campaign:
     """Read recordings completely, or a sample of them if they have too many rows.
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -37,6 +36,7 @@ from lostmotion.recordings import Campaign, Protocol, say_findings
 from lostmotion.recordings.protocol import FREE
 from lostmotion.results import data_frame
 from lostmotion.results import figures as charts
+from lostmotion.results.html_table import html_table
 from lostmotion.threads import one_thread
 from lostmotion.units import ARCMIN, ARCSEC
 
@@ -254,12 +254,7 @@ class Characterization:
 
     def _repr_html_(self) -> str:
         rows = [(NAMES[key], *cells(one)[:2]) for key, one in flat(self.answer()).items()]
-        body = "".join(
-            "<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>"
-            for row in rows
-        )
-        head = "<tr><th>figure</th><th>value</th><th>standard error</th></tr>"
-        return f"<p>{html.escape(repr(self))}</p><table>{head}{body}</table>"
+        return html_table(("figure", "value", "standard error"), rows, repr(self))
 
     def loop_angles_rad(self) -> FloatArray:
         """Angles of the loops about the zero of the mean curve."""
@@ -479,9 +474,9 @@ NOT_NEEDED = "not known"
 
 
 def characterize(
-    campaign: Campaign,
+    drive: Drive | Campaign | None,
+    campaign: Campaign | None = None,
     *,
-    drive: Drive | None = None,
     ratio: float | None = None,
     ratio_from: str = STATED,
     rated_torque_Nm: float | None = None,
@@ -493,10 +488,10 @@ def characterize(
 
     Parameters
     ----------
+    drive : Drive, optional
+        Drive for comparison with these figures. It may be left out: ``characterize(campaign)``.
     campaign : Campaign
         With torque loops of one amplitude or several; the largest are used.
-    drive : Drive, optional
-        Drive for comparison with these figures.
     ratio : float, optional
         Signed; only for the drive file.
     ratio_from : str
@@ -517,7 +512,13 @@ def characterize(
     InputError
         If torque or lost motion is constant, or the lost motion falls with increasing torque.
     """
+    if campaign is None and isinstance(drive, Campaign):
+        drive, campaign = None, drive
+    if drive is not None:
+        given_as("characterize", "drive", drive, Drive)
+        assert isinstance(drive, Drive)
     given_as("characterize", "campaign", campaign, Campaign)
+    assert campaign is not None
     campaign.require_variation()
     if ratio is None and drive is not None:
         ratio, ratio_from = drive.ratio, DRIVE_FILE

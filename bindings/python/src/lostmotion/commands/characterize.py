@@ -42,8 +42,8 @@ def run_characterize(arguments: argparse.Namespace) -> None:
     )
     recorded = [str(file) for file in recording_files(paths)]
     result = characterize(
+        drive,
         campaign,
-        drive=drive,
         ratio=ratio,
         ratio_from=ratio_from,
         rated_torque_Nm=rated,

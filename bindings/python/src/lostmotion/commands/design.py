@@ -42,7 +42,7 @@ def run_design(arguments: argparse.Namespace) -> None:
     spec = read_spec(arguments.spec)
     address = arguments.dask or (None if workers is not None else spec.dask)
     cluster = contextlib.nullcontext() if address is None else connect(address)
-    with show_progress(arguments) as progress, cluster as executor:
+    with show_progress(arguments) as watch, cluster as executor:
         try:
             result = search(
                 arguments.spec,
@@ -50,7 +50,7 @@ def run_design(arguments: argparse.Namespace) -> None:
                 resume=arguments.resume,
                 workers=workers,
                 executor=executor,
-                progress=progress,
+                watch=watch,
                 command=arguments.command_line,
             )
         except KeyboardInterrupt:

@@ -16,7 +16,7 @@ from lostmotion.commands.inputs import protocol_of, read_inputs
 from lostmotion.discover.advice import count_runs
 from lostmotion.discover.answer import Diagnosis
 from lostmotion.discover.common_columns import gather_body
-from lostmotion.discover.diagnosis import count_pieces, diagnose
+from lostmotion.discover.diagnosis import diagnose
 from lostmotion.discover.events import dependence
 from lostmotion.discover.fitted_model import FittedModel, fit_model
 from lostmotion.discover.forecast import forecast
@@ -100,7 +100,7 @@ def diagnosis_of(arguments: argparse.Namespace) -> tuple[Drive, Diagnosis, list[
             torsion_curve=torsion_curve,
             effects=effects,
             friction=getattr(arguments, "friction", None),
-            progress=count_pieces(bar),
+            progress=bar,
         )
     return drive, result, say_findings(campaign.findings)
 

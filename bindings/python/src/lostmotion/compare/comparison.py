@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -30,6 +30,7 @@ from lostmotion.fit.few_readings import FewReadings, fit_few_readings
 from lostmotion.fit.fitted_range import beyond, fitted_ranges
 from lostmotion.friction import Friction
 from lostmotion.hold_against import hold_against
+from lostmotion.on_progress import OnProgress
 from lostmotion.recordings import Campaign, say_findings
 from lostmotion.threads import one_thread
 from lostmotion.torsion_curve import TorsionCurve
@@ -254,7 +255,7 @@ def compare(
     fit_on: Sequence[int | str] | None = None,
     friction: Friction | None = None,
     seed: int = 1,
-    progress: Callable[[int, int], None] | None = None,
+    progress: OnProgress | None = None,
 ) -> Comparison:
     """Fit the baseline model to a campaign and find where it fails.
 
@@ -279,7 +280,7 @@ def compare(
     seed : int
         Seed of the random signs of the permutation tests.
     progress : callable, optional
-        Called with the number of steps done and their total.
+        ``progress(done, of)``, see `lostmotion.on_progress`.
 
     Returns
     -------
@@ -321,7 +322,7 @@ def _compare(
     fit_on: Sequence[int | str] | None,
     friction: Friction | None,
     seed: int,
-    progress: Callable[[int, int], None],
+    progress: OnProgress,
     drive: Drive | None,
 ) -> Comparison:
     steps = 4

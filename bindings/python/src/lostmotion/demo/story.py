@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import tempfile
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TextIO
@@ -33,6 +32,7 @@ from lostmotion.discover.fitted_model import FittedModel, fit_model
 from lostmotion.drives import Drive, format_toml, read_drive
 from lostmotion.errors import InputError, LostMotionError, one_line
 from lostmotion.files import write_whole
+from lostmotion.on_progress import OnProgress
 from lostmotion.own_folder import claim, release
 from lostmotion.recordings import Campaign, read_campaign
 from lostmotion.report import Section, comparison_section, write_report
@@ -122,7 +122,7 @@ class Demonstration:
 
 
 def demonstrate(
-    folder: str | Path, command: str, progress: Callable[[int, int], None] | None = None
+    folder: str | Path, command: str, progress: OnProgress | None = None
 ) -> Demonstration:
     """Run the demonstration and write its report.
 
@@ -134,7 +134,7 @@ def demonstrate(
     command : str
         The command line, for the report.
     progress : callable, optional
-        Called with the number of steps done and their total.
+        ``progress(done, of)``, see `lostmotion.on_progress`.
 
     Raises
     ------

@@ -8,9 +8,27 @@ from typing import Any
 
 from lostmotion.design.engine import FATES, STAGES, engine, figure_value
 from lostmotion.design.result import Designs
+from lostmotion.on_progress import OnProgress
 
-OnProgress = Callable[[dict[str, Any]], None]
-"""Type of the callback that receives the progress."""
+OnSnapshot = Callable[[dict[str, Any]], None]
+"""Type of the callback that receives the state of a search."""
+
+STEPS = 1000
+"""Number of steps of a search for `progress`."""
+
+
+def reporter(progress: OnProgress | None, watch: OnSnapshot | None) -> OnSnapshot | None:
+    """Combine the two callbacks of a search."""
+    if progress is None:
+        return watch
+
+    def report(seen: dict[str, Any]) -> None:
+        progress(int(STEPS * seen["done_share"]), STEPS)
+        if watch is not None:
+            watch(seen)
+
+    return report
+
 
 FRONT_SHOWN = 500
 """Largest number of designs of the front in a report."""
@@ -29,7 +47,7 @@ class ProgressReports:
     tell : callable or None
     """
 
-    def __init__(self, search: Any, designs: Designs, lead: int, tell: OnProgress | None) -> None:
+    def __init__(self, search: Any, designs: Designs, lead: int, tell: OnSnapshot | None) -> None:
         self.ffi, self.lib = engine()
         self.search = search
         self.designs = designs

@@ -14,6 +14,7 @@ from lostmotion.design.engine import c_string, engine, figure_value, figures, li
 from lostmotion.design.spec import Spec
 from lostmotion.results import data_frame
 from lostmotion.results.figures import points
+from lostmotion.results.html_table import html_table
 from lostmotion.structs import unused_keys
 from lostmotion.units import split_unit
 
@@ -72,6 +73,19 @@ class SearchResult:
     folder: Path
     assumed: dict[str, Any] = field(default_factory=dict)
     start: dict[str, float] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        """Summarise the search."""
+        state = "finished" if self.finished else "not finished"
+        return (
+            f"<SearchResult: {len(self.front)} designs of {', '.join(self.objectives)}, {state}, "
+            f"in {self.folder}>"
+        )
+
+    def _repr_html_(self) -> str:
+        head = [f"{n}, {u}" for n, u in zip(self.objectives, self.units, strict=True)]
+        rows = ([f"{value:.6g}" for value in one["objectives"]] for one in self.front)
+        return html_table(head, rows, repr(self))
 
     def to_dataframe(self) -> Any:
         """Return a pandas data frame with one row per design of the front."""

@@ -13,7 +13,7 @@ from typing import Any
 from lostmotion.design.by_executor import TICK_SECONDS, ExecutorWork
 from lostmotion.design.engine import FATES, c_string, engine
 from lostmotion.design.left_open import left_open
-from lostmotion.design.progress import OnProgress, ProgressReports
+from lostmotion.design.progress import OnSnapshot, ProgressReports, reporter
 from lostmotion.design.report import Context, write_search_report
 from lostmotion.design.result import Designs, SearchResult
 from lostmotion.design.spec import Spec, read_spec
@@ -21,6 +21,7 @@ from lostmotion.design.start import Start, starts_of
 from lostmotion.drives import format_toml
 from lostmotion.errors import InputError, LostMotionError
 from lostmotion.files import write_whole
+from lostmotion.on_progress import OnProgress
 
 DONE, FAILED, BAD_INPUT, STOPPED = 0, 1, 2, 130
 
@@ -37,6 +38,7 @@ def search(
     workers: int | None = None,
     executor: Any = None,
     progress: OnProgress | None = None,
+    watch: OnSnapshot | None = None,
     stop: threading.Event | None = None,
     command: str | None = None,
 ) -> SearchResult:
@@ -57,6 +59,8 @@ def search(
         `concurrent.futures`, a Dask client. It runs the tasks instead of threads; the result is
         identical.
     progress : callable, optional
+        ``progress(done, of)``, see `lostmotion.on_progress`.
+    watch : callable, optional
         Called about five times a second, and once at the end, in the thread of the caller, with a
         dict: ``stage``, ``evaluations``, ``budget``, ``done_share`` (of all work, with the
         verification of the front), ``best_value`` (of the first objective, or
@@ -84,7 +88,7 @@ def search(
     """
     spec = read_spec(spec_path)
     with _Run(spec, Path(run_folder), resume, command) as run:
-        return run.work(workers or spec.workers, executor, progress, stop)
+        return run.work(workers or spec.workers, executor, reporter(progress, watch), stop)
 
 
 class _Run:
@@ -153,11 +157,11 @@ class _Run:
         self,
         workers: int | None,
         executor: Any,
-        progress: OnProgress | None,
+        watch: OnSnapshot | None,
         stop: threading.Event | None,
     ) -> SearchResult:
         lead = self.spec.objectives[0]
-        self.progress = ProgressReports(self.search, self.designs, lead, progress)
+        self.progress = ProgressReports(self.search, self.designs, lead, watch)
         interrupt: BaseException | None = None
         try:
             if executor is not None:

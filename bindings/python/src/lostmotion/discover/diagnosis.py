@@ -53,6 +53,7 @@ from lostmotion.fit.few_readings import fit_few_readings
 from lostmotion.fit.terms import Term, start_values
 from lostmotion.friction import Friction
 from lostmotion.hold_against import hold_against
+from lostmotion.on_progress import OnProgress
 from lostmotion.recordings import Campaign
 from lostmotion.threads import one_thread
 from lostmotion.torsion_curve import TorsionCurve
@@ -61,11 +62,11 @@ REFIT_STEPS = 8
 """Evaluations of a refit that starts from an existing fit."""
 
 PIECES = 12
-"""Usual number of steps of a diagnosis, for a progress bar."""
+"""Usual number of steps of a diagnosis, of which the last is reported once it has ended."""
 
 
-def count_pieces(tick: Callable[[int, int], None]) -> Callable[[str], None]:
-    """Convert the ``tick(done, of)`` of a progress bar to the callback of `diagnose`."""
+def count_pieces(tick: OnProgress) -> Callable[[str], None]:
+    """Convert ``progress(done, of)`` to a function that receives the name of each step."""
     done = 0
 
     def piece(_: str) -> None:
@@ -87,7 +88,7 @@ def diagnose(
     effects: Mapping[str, Effect] | None = None,
     base: BaselineModel | None = None,
     friction: Friction | None = None,
-    progress: Callable[[str], None] | None = None,
+    progress: OnProgress | None = None,
 ) -> Diagnosis:
     """Find the effects that the recordings of a campaign show but the baseline model lacks.
 
@@ -110,7 +111,7 @@ def diagnose(
         Form of the hysteresis, see `lostmotion.friction`; by default by the leave-one-run-out
         error.
     progress : callable, optional
-        Called with the name of each completed step.
+        ``progress(done, of)``, see `lostmotion.on_progress`.
 
     Returns
     -------
@@ -137,7 +138,12 @@ def diagnose(
         if few is not None:
             return few_readings_diagnosis(few, chosen_from)
         require_samples(campaign)
-    return _diagnose(base, chosen_from, ratio, friction, progress)
+    found = _diagnose(
+        base, chosen_from, ratio, friction, None if progress is None else count_pieces(progress)
+    )
+    if progress is not None:
+        progress(PIECES, PIECES)
+    return found
 
 
 def _diagnose(

@@ -7,7 +7,7 @@ fingerprint) and ``[[effect]]`` tables, and read back by `fit.drive_file.restore
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import count
 from typing import Any
@@ -42,6 +42,7 @@ from lostmotion.fit.fitted_range import fitted_ranges
 from lostmotion.fit.forms import friction_form
 from lostmotion.friction import Friction
 from lostmotion.hold_against import hold_against
+from lostmotion.on_progress import OnProgress
 from lostmotion.recordings import Campaign
 from lostmotion.results import figures
 from lostmotion.threads import one_thread
@@ -213,7 +214,7 @@ def fit_model(
     effects: Mapping[str, Effect] | None = None,
     *,
     friction: Friction | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: OnProgress | None = None,
 ) -> FittedModel:
     """Fit the baseline model, then each effect on top, all refitted together at each rung.
 
@@ -232,8 +233,8 @@ def fit_model(
         Form of the hysteresis, see `lostmotion.friction`. By default that of a fitted drive file,
         else selected by the leave-one-run-out errors (`baseline_form`).
     """
-    given_as("fit_model", "drive", drive, Drive)
-    given_as("fit_model", "campaign", campaign, Campaign)
+    given_as("fit", "drive", drive, Drive)
+    given_as("fit", "campaign", campaign, Campaign)
     effects = library() if effects is None else effects
     if torsion_curve is None:
         torsion_curve = hold_against(campaign, drive)

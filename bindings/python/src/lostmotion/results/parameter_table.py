@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import html
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from lostmotion.results.data_frame import data_frame
+from lostmotion.results.html_table import html_table
 from lostmotion.units import split_unit
 
 DIGITS = 6
@@ -119,12 +119,8 @@ class ParameterTable(Mapping[str, Parameter]):
         return f"<ParameterTable: {estimated} estimated, {len(self) - estimated} fixed>"
 
     def _repr_html_(self) -> str:
-        head = "".join(f"<th>{name}</th>" for name in ("parameter", "value", "standard error", ""))
-        rows = "".join(
-            "<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in one.cells()) + "</tr>"
-            for one in self.values()
-        )
-        return f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
+        head = ("parameter", "value", "standard error", "")
+        return html_table(head, (one.cells() for one in self.values()))
 
     def valuesdict(self) -> dict[str, float]:
         """Values by name."""

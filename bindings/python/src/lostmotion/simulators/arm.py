@@ -14,7 +14,7 @@ import argparse
 import io
 import json
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -25,6 +25,7 @@ import numpy.typing as npt
 from lostmotion.core import core
 from lostmotion.drives import Drive, read_drive
 from lostmotion.export import build, make_controller
+from lostmotion.on_progress import OnProgress
 from lostmotion.shipped import find_inputs
 from lostmotion.simulators.mujoco import SUFFIX, put_drives
 
@@ -276,9 +277,7 @@ def repeatability_m(attained_m: FloatArray) -> float:
     return float(distance.mean() + 3.0 * distance.std(ddof=1))
 
 
-def run_arm(
-    step_s: float = 1e-3, progress: Callable[[str], None] | None = None
-) -> dict[str, dict[str, Any]]:
+def run_arm(step_s: float = 1e-3, progress: OnProgress | None = None) -> dict[str, dict[str, Any]]:
     """Simulate the three variants.
 
     Parameters
@@ -286,7 +285,7 @@ def run_arm(
     step_s : float
         Timestep of the simulation and period of the controller.
     progress : callable, optional
-        Called with the name of each variant before it runs.
+        ``progress(done, of)``, see `lostmotion.on_progress`.
 
     Returns
     -------
@@ -306,9 +305,9 @@ def run_arm(
     there, rests = approaches(step_s)
     path = join([hold(POSE, REST_S, step_s), lissajous(step_s)])
     found = {}
-    for variant in VARIANTS:
+    for number, variant in enumerate(VARIANTS):
         if progress is not None:
-            progress(variant)
+            progress(number, len(VARIANTS))
         attained = walk(mujoco, variant, drives, there, step_s).tool_m[rests]
         done = walk(mujoco, variant, drives, path, step_s)
         error = np.linalg.norm(done.tool_m - done.commanded_m, axis=1)[round(REST_S / step_s) :]

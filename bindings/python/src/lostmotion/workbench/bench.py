@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ import numpy as np
 
 from lostmotion.compare import REPEATABILITY, Comparison, compare
 from lostmotion.discover.answer import Diagnosis
-from lostmotion.discover.diagnosis import count_pieces, diagnose
+from lostmotion.discover.diagnosis import diagnose
 from lostmotion.discover.fitted_model import FittedModel, fit_model
 from lostmotion.discover.next_run import next_runs
 from lostmotion.discover.plan_file import read_plan
@@ -25,6 +25,7 @@ from lostmotion.errors import InputError
 from lostmotion.evidence.overlap import principal_angles
 from lostmotion.export import Profile, export, make_controller, read_settings
 from lostmotion.files import check_plain, write_whole
+from lostmotion.on_progress import OnProgress
 from lostmotion.recordings import Campaign, read_campaign, recording_files
 from lostmotion.recordings.column_table import Choice, ColumnTable
 from lostmotion.recordings.joining import Join
@@ -35,8 +36,6 @@ from lostmotion.threads import one_thread
 from lostmotion.units import ARCSEC
 from lostmotion.workbench.disclosure import is_known
 from lostmotion.workbench.figures import Rendered, render_section
-
-Tick = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
@@ -112,7 +111,7 @@ class Bench:
         self,
         paths: Sequence[str | Path],
         mapping: Mapping[str, str] | None,
-        tick: Tick,
+        tick: OnProgress,
         file: str | Path | None = None,
     ) -> None:
         """Read recordings of the drive, or of that in a file, and compare them with the model.
@@ -186,16 +185,14 @@ class Bench:
 
     # --- diagnosis and fits ----------------------------------------------------------------------
 
-    def find_missing(self, tick: Tick) -> None:
+    def find_missing(self, tick: OnProgress) -> None:
         """Diagnose: which effect is missing."""
         drive, campaign = self.need_drive(), self.need_campaign()
         with one_thread():
-            self.diagnosis = diagnose(
-                drive, campaign, effects=self.effects, progress=count_pieces(tick)
-            )
+            self.diagnosis = diagnose(drive, campaign, effects=self.effects, progress=tick)
         self.version += 1
 
-    def model_with(self, names: Sequence[str], tick: Tick) -> FittedModel:
+    def model_with(self, names: Sequence[str], tick: OnProgress) -> FittedModel:
         """Fit the drive with effects, or return the stored fit."""
         key = tuple(names)
         if key not in self.models:
@@ -206,7 +203,7 @@ class Bench:
                 )
         return self.models[key]
 
-    def choose(self, names: Sequence[str], tick: Tick) -> None:
+    def choose(self, names: Sequence[str], tick: OnProgress) -> None:
         """Set the effects of the model, and fit it."""
         self.model_with(names, tick)
         self.chosen = list(names)
@@ -240,7 +237,7 @@ class Bench:
             REPEATABILITY,
         )
 
-    def compare_effects(self, a: str, b: str, tick: Tick) -> None:
+    def compare_effects(self, a: str, b: str, tick: OnProgress) -> None:
         """Compare two effects."""
         if a == b:
             raise InputError("effects", b, "the same effect twice", "two different effects")
@@ -264,7 +261,7 @@ class Bench:
         self.rivals = Rivals(models, gains, angle)
         self.version += 1
 
-    def rank_options(self, paths: Sequence[str | Path], tick: Tick) -> None:
+    def rank_options(self, paths: Sequence[str | Path], tick: OnProgress) -> None:
         """Rank planned runs by how well they decide between the open effects."""
         drive = self.need_drive()
         names = drive.columns if self.columns is None else self.columns.mapping

@@ -94,7 +94,7 @@ class Search:
                 spec,
                 folder,
                 resume=resume,
-                progress=self.take,
+                watch=self.take,
                 stop=self.stop_event,
                 command=shlex.join(words),
             )
