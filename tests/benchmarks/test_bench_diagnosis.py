@@ -59,7 +59,7 @@ def test_a_single_effect_has_to_be_named_first() -> None:
     assert judge(twins, found("missing-effect", "creep")) == "twin"
     assert judge(wear, found("complete")) == "none"
     more = judge(wear, found("unexplained", "wear", depends_on=["torque"]))
-    assert more == "first, something left over"
+    assert more == "first, a residual remains"
     assert good(wear, more)
     assert not good(wear, "in the set")
 

@@ -58,7 +58,7 @@ def _pair(truth: dict[str, Any], found: dict[str, Any]) -> str:
     if found["verdict"] == "complete":
         return "none"
     if hidden <= named:
-        return "right" if nothing_left(truth, found) else "both named, something left over"
+        return "right" if nothing_left(truth, found) else "both named, a residual remains"
     return "one of two" if hidden & named else f"neither ({found['verdict']})"
 
 
@@ -76,7 +76,7 @@ def _single(truth: dict[str, Any], found: dict[str, Any]) -> str:
         return "none"
     if named and named[0] == hidden:
         if not nothing_left(truth, found):
-            return "first, something left over"
+            return "first, a residual remains"
         return "right" if named == [hidden] else "first, with others"
     if hidden in named:
         return "in the set" if verdict == "ambiguous" else "named later"
@@ -114,8 +114,8 @@ def hangs_on_nothing(truth: dict[str, Any]) -> bool:
 def good(truth: dict[str, Any], judged: str) -> bool:
     """Whether the answer is as required."""
     asked = {
-        "single": ("right", "first, with others", "first, something left over"),
-        "pair": ("right", "both named, something left over"),
+        "single": ("right", "first, with others", "first, a residual remains"),
+        "pair": ("right", "both named, a residual remains"),
         "aliased": ("right", "first, with others", "in the set"),
         "short": ("right", "first, with others", "in the set"),
     }

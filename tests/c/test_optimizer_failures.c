@@ -155,7 +155,7 @@ WRAP_MODEL(EVALUATE_SLOPES, lm_evaluate_slopes,
             const double unit[], double result[], double slope[], lm_workspace *w, lm_fault *f),
            (p, s, l, combination, unit, result, slope, w, f))
 
-static int tolerance_only; /* 1: the next meshes are those of a look */
+static int tolerance_only; /* 1: the next meshes are of a tolerance-only evaluation */
 
 lm_status __real_lm_point_drive(const lm_problem *p, int combination, const double unit[],
                                 lm_drive *drive, lm_fault *f);

@@ -211,7 +211,8 @@ static void test_gradients_look_at_points_that_interfere_with_their_gaps_closed(
 }
 
 /* SLSQP evaluates a point that violates its gaps with these closed, if that may be a gain. A
- * constant cost is the same at the first design as anywhere, and the looks end. */
+ * constant cost is the same at the first design as anywhere, and the tolerance-only
+ * evaluations end. */
 static void test_gaps_are_closed_only_where_that_may_gain(void) {
   static const char *const objectives[] = {"objective lost_motion\n", "objective cost\n"};
   int i;
@@ -282,7 +283,7 @@ static void test_a_population_keeps_its_size(void) {
   TEST_ASSERT_TRUE(answer->member_count > 1 && answer->member_count <= 5);
 }
 
-/* Tolerances have a cost, and no side clearance depends on them. A look reports the same as a whole
+/* Tolerances have a cost, and no side clearance depends on them. A tolerance-only evaluation reports the same as a whole
  * evaluation of the point. */
 static void test_tolerances_are_looked_at_by_themselves_where_they_are_weighed(void) {
   static const char corner[] =

@@ -153,7 +153,7 @@ def _(folder: Path, sheet: Sheet) -> Path:
     return save(folder, "\n".join(lines) + "\n")
 
 
-@dress("a column of remarks that is empty but for a few")
+@dress("a column of remarks that is mostly empty")
 def _(folder: Path, sheet: Sheet) -> Path:
     remarks = [""] * len(sheet)
     remarks[12], remarks[700] = "start, at last", "door; closed"

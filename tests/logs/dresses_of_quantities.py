@@ -203,7 +203,7 @@ def _(folder: Path, sheet: Sheet) -> Path:
     return save(folder, sheet.put("input_angle_rad", [f"{c:.0f}" for c in counts], "ENC").text())
 
 
-@dress("a counter of 32 bits that passes its end", "ENC=input_angle_rev/4194304")
+@dress("a counter of 32 bits that overflows", "ENC=input_angle_rev/4194304")
 def _(folder: Path, sheet: Sheet) -> Path:
     counts = np.round(sheet.values("input_angle_rad") / TURN * 2**22 + 2**31 - 1_000_000)
     counts = _wrapped(counts, 2.0**32, -(2.0**31))

@@ -346,8 +346,8 @@ static double measure_half_width(const joint_kind *kind) {
   return 0.5 * (up - plant_bench(&joint, -0.04 * kind->rated_Nm, PLANT_TURN_RAD));
 }
 
-/* The one row in which the output is worse than without a compensation and the page says so: inside
- * the backlash, at zero load, the twist follows from no torque. A vibration decides it. The row is
+/* The one row in which the output is worse than without a compensation, as the page states: inside
+ * the backlash, at zero load, no torque determines the twist; a vibration decides it. The row is
  * excused only as long as it shows this itself: the true mean curve, read at the same torque, has
  * to be worse than none and worse than the library. */
 static int is_out_of_reach(const trial *t, const joint_kind *kind, const score *by) {

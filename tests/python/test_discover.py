@@ -424,7 +424,7 @@ def test_a_law_of_wear_through_two_runs_is_held_to_what_is_usual(seed):
     base.fit(steps=30, rows=fewer)
     exponent = base.terms[0].values[1]
     assert 0.3 < exponent < 0.7
-    # By one observation per run, for any number of samples.
+    # The prior counts as one observation per run, for any number of samples.
     block = next(block for block in base.blocks() if "wear.exponent" in block.names)
     assert block.prior is not None
     assert block.value[block.prior.places] == [exponent]
