@@ -283,8 +283,8 @@ static void test_a_population_keeps_its_size(void) {
   TEST_ASSERT_TRUE(answer->member_count > 1 && answer->member_count <= 5);
 }
 
-/* Tolerances have a cost, and no side clearance depends on them. A tolerance-only evaluation reports the same as a whole
- * evaluation of the point. */
+/* Tolerances have a cost, and no side clearance depends on them. A tolerance-only evaluation
+ * reports the same as a whole evaluation of the point. */
 static void test_tolerances_are_looked_at_by_themselves_where_they_are_weighed(void) {
   static const char corner[] =
       "objective lost_motion\nobjective cost\n"
