@@ -2,7 +2,7 @@
 
 The C preprocessor makes the declarations that cffi needs from the headers, so only the headers
 define the interface. Two things are changed: the C library's own headers are replaced by empty ones
-(cffi knows their types), and the headers are read as by a compiler without assembler labels, which
+(cffi has their types), and the headers are read as by a compiler without assembler labels, which
 cffi does not parse.
 """
 
@@ -28,7 +28,7 @@ HIDDEN_HEADERS = (
     "float.h",
     "stdio.h",
 )
-"""Headers with types that cffi knows."""
+"""Headers whose types cffi has."""
 
 PROFILE = "LM_PROFILE=LM_PROFILE_FULL"
 """Largest sizes of the runtime's structs: Python reads the parameters of any controller."""

@@ -32,7 +32,7 @@ typedef struct lm_axis {
 lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_saved *kept,
                            const lm_conditions *at, float motor_rad, lm_fault *fault);
 
-/* Call in every tick. wish_rad: the output angle that the planner asks for; used only while the
+/* Call in every tick. wish_rad: the output angle that the planner requests; used only while the
  * loop is closed, and starting at command_rad. Returns the position setpoint, motor angle / ratio.
  */
 float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_rad, float wish_rad);

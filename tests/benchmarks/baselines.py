@@ -9,7 +9,7 @@ PySINDy and the trees see the recorded columns and what an engineer would derive
 direction of the load, time in the run, the run's number, sines and cosines of the angles. The lasso
 sees the tangents of the library's effects, which its user would not have.
 
-Each answers with what it claims, best first: effects (lasso), terms (PySINDy), columns (trees).
+Each lists what it identifies, best first: effects (lasso), terms (PySINDy), columns (trees).
 """
 
 from __future__ import annotations
@@ -188,7 +188,7 @@ def by_trees(table: Table) -> list[str]:
 
 
 def baselines(base: BaselineModel, ratio: float) -> dict[str, list[str]]:
-    """What each tool claims, best first; nothing where it claims nothing."""
+    """What each tool identifies, best first; empty if nothing."""
     base = alike(base)
     table = table_of(base)
     return {

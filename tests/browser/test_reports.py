@@ -63,7 +63,7 @@ def test_a_report_opens_without_complaint_and_fits(
 ) -> None:
     page = (folder / f"{name}.html").read_text()
     for outside in re.findall(r'(?:src|href)="(?!data:|#)([^"]*)"', page):
-        raise AssertionError(f"the page asks for {outside}")
+        raise AssertionError(f"the page requests {outside}")
     (tmp_path / "page.html").write_text(page.replace("</body>", MEASURE))
     dom, complaints = open_page(tmp_path / "page.html", width, tmp_path / "profile")
     assert [line for line in complaints if "WebGL" not in line] == []

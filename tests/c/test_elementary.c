@@ -24,7 +24,7 @@ static lm_real infinity_of_the_type(void) {
 
 static void assert_within(double found, double expected, double bound) {
   double difference = fabs(found - expected);
-  TEST_ASSERT_TRUE_MESSAGE(difference <= bound, "further from libm than the header says");
+  TEST_ASSERT_TRUE_MESSAGE(difference <= bound, "further from libm than the header states");
 }
 
 static void sine_and_cosine_keep_their_bound(void) {

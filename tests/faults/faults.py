@@ -1,7 +1,7 @@
 """Commands under failures: killed, disk full, folder not writable, signals, two at once.
 
-After every fault an output is the old file whole or the new file whole, and what a living command
-says is one line. Prints how many faults there were of each kind.
+After every fault an output is the complete old file or the complete new one, and a command that was
+not killed prints one line. Prints the number of faults of each kind.
 """
 
 from __future__ import annotations
@@ -180,7 +180,7 @@ class World:
 
 
 def one_line(status: int, said: str, statuses: tuple[int, ...]) -> str:
-    """Describe what is wrong with the end of a command that lives on to tell it."""
+    """Describe what is wrong with the end of a command that was not killed."""
     if "Traceback" in said or status not in statuses:
         return f"status {status}: {said[-400:]}"
     return f"more than one line: {said[:300]}" if said.count("\n") > 1 else ""
@@ -200,7 +200,7 @@ def kill(world: World, dice: random.Random) -> str:
 
 
 def signalled(number: int) -> Callable[[World, random.Random], str]:
-    """A signal that asks the command to end, at a random moment."""
+    """A signal that ends the command, at a random moment."""
 
     def fault(world: World, dice: random.Random) -> str:
         folder = world.case()

@@ -58,7 +58,7 @@ def copy_of_lib(folder: Path) -> Path:
 
 
 def build_minimal(folder: Path, sources: list[Path], flags: list[str]) -> None:
-    """Compile sources as a package says, link the minimal example, run it."""
+    """Compile sources as a package states, link the minimal example, run it."""
     objects = []
     for index, source in enumerate(sources):
         objects.append(folder / f"{index}.o")

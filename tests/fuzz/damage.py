@@ -495,7 +495,7 @@ def foreign_archive(kitchen: Kitchen) -> bytes:
 
 
 def damage_evidence(kitchen: Kitchen, raw: bytes) -> tuple[bytes, bool]:
-    """Damage evidence: its bytes, its arrays, or what it says of itself."""
+    """Damage evidence: its bytes, its arrays, or its own description."""
     dice = kitchen.dice
     kind = dice.randrange(12)
     if kind <= 2:

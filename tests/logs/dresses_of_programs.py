@@ -314,7 +314,7 @@ def _(folder: Path, sheet: Sheet) -> Path:
     return save(folder, sheet.renamed(**PLAIN).text(below_names=below))
 
 
-@dress("a row of units that says what the names say")
+@dress("a row of units that agrees with the names")
 def _(folder: Path, sheet: Sheet) -> Path:
     return save(folder, sheet.text(below_names="-,s,Nm,rad,rad,C,-\n"))
 

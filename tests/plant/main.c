@@ -394,7 +394,7 @@ static int bench(const joint_kind *kind) {
   int number = 0;
   int i;
   int k;
-  plant joint; /* one gear: its friction remembers the run before */
+  plant joint; /* one gear: the friction memory of the previous run is kept */
   start_joint(&joint, kind);
   printf("run,time_s,torque_Nm,lost_motion_rad,temperature_C\n");
   for (i = 0; i < 9; ++i) {

@@ -197,7 +197,7 @@ def test_planar_only_is_asked_for_and_said(
     assert best["design"]["planar_only"] is True
     best["design"]["planar_only"] = False
     checks = {c.name: c.margin for c in design_model(parse_drive(best)).checks()}
-    assert checks["smallest_gap"] < 0  # a planar verdict says nothing about the cup
+    assert checks["smallest_gap"] < 0  # a planar verdict does not include the cup
 
 
 def face_designs(run: Path, sections: int) -> list[tuple[int, polygons.Design, Any]]:

@@ -3,7 +3,7 @@
     lab = Laboratory(seed, law="dahl", protocol="arm")
     lab.write(folder, effect="thermal_gap", noises=1.0)
 
-The size of a hidden effect is its residual after an ideal refit, which knows the law, fits all its
+The size of a hidden effect is its residual after an ideal refit, which has the law, fits all its
 parameters (`laws.SCALED`) and the zero of each run, and uses the recorded torque.
 """
 

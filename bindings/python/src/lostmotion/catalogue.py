@@ -26,7 +26,7 @@ TORSION_SHARE = 0.65
 reference design calibrated to size 20, ratio above 50."""
 
 TOOTH_SHARE = 0.01
-"""Teeth in the linear part: 0.8 to 1.3 % for the same drive; the paper says a few percent."""
+"""Teeth in the linear part: 0.8 to 1.3 % for the same drive; the paper states a few percent."""
 
 RADIAL_SHARE = 1.0 - TORSION_SHARE - TOOTH_SHARE
 """The rest of the linear part: the radial chain."""

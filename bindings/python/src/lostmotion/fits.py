@@ -74,7 +74,7 @@ BEARING_SEATS_UM: dict[str, tuple[int, ...]] = {
 """Classes of the letter j, each with its own end: ei of shafts, ES of holes; um."""
 
 GRADES = (3, 16)
-"""Grades whose fields the library knows."""
+"""Grades whose fields the library contains."""
 
 LETTERS = (*CLEARANCE_UM, "j", "js", *INTERFERENCE_UM)
 """Letters of shafts; those of holes are their capitals."""

@@ -414,7 +414,7 @@ def add_design(command: Command) -> None:
         "-o", "--output", metavar="RUN", required=True, help="folder for the search and its results"
     )
     added.add_argument("--resume", action="store_true", help="continue the search in the folder")
-    added.add_argument("--workers", metavar="N", help="threads (default: as the spec says, or all)")
+    added.add_argument("--workers", metavar="N", help="threads (default: as in the spec, or all)")
     added.add_argument("--dask", metavar="tcp://HOST:PORT", help="run on a Dask cluster")
     added.add_argument(
         "--progress",

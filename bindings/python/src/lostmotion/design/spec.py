@@ -39,7 +39,7 @@ TABLES = ("fixed", "range", "limits", "cost", "start")
 def search_keys() -> tuple[Key, ...]:
     """Return the keys of [search] besides its tables and the list of objectives.
 
-    The optimizer knows the ranges of those that it reads.
+    The optimizer defines the ranges of those that it reads.
     """
     _, lib = engine()
     return (

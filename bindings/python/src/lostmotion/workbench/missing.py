@@ -51,7 +51,7 @@ def capitalized(sentence: str) -> str:
 
 
 def picture_of(effect: Effect) -> str:
-    """Show the contribution of an effect; the browser asks for it when it comes into view."""
+    """Show the contribution of an effect; the browser requests it when it comes into view."""
     return (
         f'<img src="/effect/{quote(effect.name)}.svg" loading="lazy" width="{WIDTH:.0f}" '
         f'height="{HEIGHT:.0f}" alt="{escape(words(effect.name))}: its contribution">'
