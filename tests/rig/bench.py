@@ -1,7 +1,7 @@
 """A drive under a test plan, with and without hidden effects, and the residual after a refit.
 
 The residual of an effect is what remains after an ideal refit of the drive without the effect. Such
-a refit knows the rig's own mechanics and fits what `mechanics.SCALES` lists (stiffness of mesh,
+a refit uses the rig's own mechanics and fits what `mechanics.SCALES` lists (stiffness of mesh,
 radial parts and torsion, gaps of teeth, radial gap and its knee, limits and wind-up of the
 friction) for the whole campaign, and the zero of each run. It uses the recorded torque.
 """
