@@ -376,7 +376,7 @@ def load_bench(argv: list[str]) -> int:
     bench = workbench.Bench()
     try:
         bench.load_drive(drive)
-        bench.load_recordings([data], [], lambda done, steps: None)
+        bench.load_recordings([data], {}, lambda *_: None)
         assert bench.comparison is not None
         Path(answer).write_text(json.dumps(bench.comparison.answer(), allow_nan=False))
     except InputError as error:

@@ -23,8 +23,8 @@ def main(folder: Path) -> None:
     )
     print(own, fitted.fit_report(), lm.predict(drive, [0.0, 10.0])["total_arcmin"])
     print(lm.characterize(drive, campaign))
-    steps: list[tuple[int, int]] = []
-    lm.compare(drive, campaign, progress=lambda done, of: steps.append((done, of)))
+    steps: list[tuple[int, int, str]] = []
+    lm.compare(drive, campaign, progress=lambda *step: steps.append(step))
     print(steps, lm.predict(drive, 10.0)._repr_html_())
     lm.write_drive(drive, folder / "copy.toml")
 

@@ -303,7 +303,7 @@ def test_what_compare_and_diagnose_set_an_error_against_have_names_of_their_own(
 def test_the_answer_has_every_promised_key_and_is_json() -> None:
     steps: list[tuple[int, int]] = []
     result = compare(
-        torsion_curve(), campaign(3), progress=lambda done, of: steps.append((done, of))
+        torsion_curve(), campaign(3), progress=lambda done, of, _: steps.append((done, of))
     )
     answer = json.loads(json.dumps(result.answer(), allow_nan=False))
     assert answer["schema"] == "lostmotion.comparison/1"

@@ -79,12 +79,13 @@ def test_progress_is_the_number_of_steps_in_every_function(drive: Drive, tmp_pat
         "design": lambda tell: lm.design(spec, tmp_path / "run", progress=tell),
     }
     for name, call in calls.items():
-        seen: list[tuple[int, int]] = []
-        call(lambda done, of, seen=seen: seen.append((done, of)))  # type: ignore[misc]
-        assert seen, name
-        assert all(0 <= done <= of for done, of in seen), name
-        assert [done for done, _ in seen] == sorted(done for done, _ in seen), name
+        seen: list[tuple[int, int, str]] = []
+        call(lambda *step, seen=seen: seen.append(step))  # type: ignore[misc]
+        assert len(seen) > 1, name
+        assert all(0 <= done <= of for done, of, _ in seen), name
+        assert [done for done, _, _ in seen] == sorted(done for done, _, _ in seen), name
         assert seen[-1][0] == seen[-1][1], name
+        assert all(step for done, of, step in seen if done < of), name
 
 
 def test_a_module_that_is_called_as_a_function_stays_a_module(drive: Drive) -> None:

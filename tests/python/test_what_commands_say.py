@@ -231,7 +231,7 @@ def test_the_workbench_reads_a_fitted_drive_as_the_commands_do(
     bench = Bench(effects={**library(), **load(folder / "own.py")})
     try:
         bench.load_drive(fitted)
-        bench.load_recordings([data], [], lambda done, steps: None)
+        bench.load_recordings([data], {}, lambda *_: None)
         assert bench.comparison is not None
         assert bench.comparison.answer() == answer
         assert answer["effects"] == ["warm_gap"]

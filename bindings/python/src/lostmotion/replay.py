@@ -290,14 +290,16 @@ def replay(parameters: Any, campaign: Campaign, progress: OnProgress | None = No
         From `read_parameters`.
     campaign : Campaign
     progress : callable, optional
-        ``progress(done, of)``, see `lostmotion.on_progress`.
+        ``progress(done, of, step)``, see `lostmotion.on_progress`.
     """
     c = core(32)
     result = Replay(parameters, [], notes_on(campaign.runs, float(parameters.limits.period_s)))
     for done, run in enumerate(campaign.runs):
-        result.tapes.append(_run(c, parameters, run))
         if progress is not None:
-            progress(done + 1, len(campaign.runs))
+            progress(done, len(campaign.runs), f"run {run.label}")
+        result.tapes.append(_run(c, parameters, run))
+    if progress is not None:
+        progress(len(campaign.runs), len(campaign.runs), "")
     return result
 
 

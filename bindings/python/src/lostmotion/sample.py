@@ -339,7 +339,7 @@ def sample_campaign(
         Address of a Dask scheduler, or ``local`` for Dask on this machine; by default threads. The
         workers of a cluster must see the files under the same names.
     progress : callable, optional
-        ``progress(done, of)``, see `lostmotion.on_progress`.
+        ``progress(done, of, step)``, see `lostmotion.on_progress`.
 
     Returns
     -------
@@ -350,9 +350,11 @@ def sample_campaign(
     names = dict(mapping or {})
     check_map(files, names)
     pieces = pieces_of(files)
+    if progress is not None:
+        progress(0, 2, "counting the rows")
     counted = run_pieces(count_piece, [(piece, names, protocol, ratio) for piece in pieces], dask)
     if progress is not None:
-        progress(1, 3)
+        progress(1, 2, "sampling the rows")
     totals: dict[tuple[str, Label], int] = {}
     before: list[dict[Label, int]] = []
     largest = 0.0
@@ -376,7 +378,7 @@ def sample_campaign(
     ]
     sampled = run_pieces(sample_piece, tasks, dask)
     if progress is not None:
-        progress(2, 3)
+        progress(2, 2, "")
     found: dict[tuple[str, Label], list[Part]] = {}
     for piece, parts in zip(pieces, sampled, strict=True):
         for part in parts:

@@ -68,12 +68,13 @@ class Progress:
     def __enter__(self) -> Progress:
         return self
 
-    def __call__(self, done: int, steps: int) -> None:
-        """Draw the bar at `done` of `steps`."""
+    def __call__(self, done: int, steps: int, step: str = "") -> None:
+        """Draw the bar at `done` of `steps`, and name the current step."""
         if self.shown:
             full = self.WIDTH * done // max(steps, 1)
             bar = "#" * full + "." * (self.WIDTH - full)
-            print(f"\r{self.label} [{bar}] {done}/{steps}", end="", file=sys.stderr, flush=True)
+            line = f"\r\033[K{self.label} [{bar}] {done}/{steps} {step}".rstrip()
+            print(line, end="", file=sys.stderr, flush=True)
 
     def __exit__(self, *_: object) -> None:
         if self.shown:

@@ -280,7 +280,7 @@ def compare(
     seed : int
         Seed of the random signs of the permutation tests.
     progress : callable, optional
-        ``progress(done, of)``, see `lostmotion.on_progress`.
+        ``progress(done, of, step)``, see `lostmotion.on_progress`.
 
     Returns
     -------
@@ -342,17 +342,18 @@ def _compare(
     if campaign.rows < SAMPLES_LEAST:
         return _compare_few(inside, stands, seen, effects, rated_Nm)
     ratio = 1.0 if drive is None else drive.ratio
+    progress(0, steps, "fitting the baseline model")
     inside.first_fit(rows=rows)
     events = early_events(inside)
     fitted = finish_baseline(inside, effects, ratio, friction, rows=rows)
     chosen = fitted.chosen
-    progress(2, steps)
+    progress(2, steps, "leave-one-run-out fits")
     best, heldout = chosen.base, tried(chosen.base, rows, refits=True).heldout
     frictions = {
         name: (rms_of(form.base.residual()), rms_of(form.heldout))
         for name, form in chosen.tried.items()
     }
-    progress(3, steps)
+    progress(3, steps, "testing the residual")
     angle = best.at().angle
     residual = best.residual() * ARCSEC
     variance = float(np.sum(measured**2)) * ARCSEC**2
@@ -375,7 +376,7 @@ def _compare(
         events,
         outliers=fitted.outliers,
     )
-    progress(steps, steps)
+    progress(steps, steps, "")
     return result
 
 

@@ -60,7 +60,7 @@ NEXT = """next, with recordings of your own: lostmotion characterize mine.csv -o
 then: lostmotion diagnose drive.toml mine.csv, or lostmotion workbench drive.toml mine.csv"""
 """Suggested next steps after the demonstration."""
 
-STEPS = 8
+STEPS = 7
 
 
 @dataclass
@@ -134,7 +134,7 @@ def demonstrate(
     command : str
         The command line, for the report.
     progress : callable, optional
-        ``progress(done, of)``, see `lostmotion.on_progress`.
+        ``progress(done, of, step)``, see `lostmotion.on_progress`.
 
     Raises
     ------
@@ -147,30 +147,30 @@ def demonstrate(
         copy_inputs(folder)
     except OSError as error:
         raise InputError(folder, "", error.strerror or "an error", "a folder to write to") from None
-    done = 0
+    done = -1
 
-    def step() -> None:
+    def step(now: str) -> None:
         nonlocal done
         done += 1
         if progress is not None:
-            progress(done, STEPS)
+            progress(done, STEPS, now)
 
+    step("reading the recordings")
     drive = read_drive(folder / JOINT / DRIVE)
     recording = folder / JOINT / RECORDING
     campaign = read_campaign([recording], ratio=drive.ratio, mapping=drive.columns)
-    step()
+    step("comparing")
     with one_thread():
         result = compare(drive, campaign)
-        step()
+        step("diagnosing")
         found = diagnose(drive, campaign)
-    step()
+    step("running the controller")
     model, plain, scores, emulated = to_the_controller(folder, drive, campaign, found.effects)
-    step()
-    step()
+    step("searching designs")
     designs = search_designs(folder)
-    step()
+    step("measured drives")
     others = look_at_drives(folder)
-    step()
+    step("writing the report")
     sections: list[Section] = [
         overview_section(drive, found, plain, scores, designs),
         comparison_section(drive, result, [recording]),
@@ -182,7 +182,7 @@ def demonstrate(
     report = folder / "report.html"
     write_report(report, TITLE, LEAD, sections, command)
     release(folder)
-    step()
+    step("")
     return Demonstration(
         drive, result, found, model, plain, scores, emulated, designs, others, report
     )

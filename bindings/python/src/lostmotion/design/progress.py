@@ -23,7 +23,7 @@ def reporter(progress: OnProgress | None, watch: OnSnapshot | None) -> OnSnapsho
         return watch
 
     def report(seen: dict[str, Any]) -> None:
-        progress(int(STEPS * seen["done_share"]), STEPS)
+        progress(int(STEPS * seen["done_share"]), STEPS, seen["stage"])
         if watch is not None:
             watch(seen)
 

@@ -59,7 +59,7 @@ def search(
         `concurrent.futures`, a Dask client. It runs the tasks instead of threads; the result is
         identical.
     progress : callable, optional
-        ``progress(done, of)``, see `lostmotion.on_progress`.
+        ``progress(done, of, step)``, see `lostmotion.on_progress`.
     watch : callable, optional
         Called about five times a second, and once at the end, in the thread of the caller, with a
         dict: ``stage``, ``evaluations``, ``budget``, ``done_share`` (of all work, with the

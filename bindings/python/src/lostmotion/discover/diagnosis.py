@@ -66,13 +66,13 @@ PIECES = 12
 
 
 def count_pieces(tick: OnProgress) -> Callable[[str], None]:
-    """Convert ``progress(done, of)`` to a function that receives the name of each step."""
-    done = 0
+    """Convert ``progress(done, of, step)`` to a function that receives the name of each step."""
+    done = -1
 
-    def piece(_: str) -> None:
+    def piece(step: str) -> None:
         nonlocal done
         done = min(done + 1, PIECES - 1)
-        tick(done, PIECES)
+        tick(done, PIECES, step)
 
     return piece
 
@@ -111,7 +111,7 @@ def diagnose(
         Form of the hysteresis, see `lostmotion.friction`; by default by the leave-one-run-out
         error.
     progress : callable, optional
-        ``progress(done, of)``, see `lostmotion.on_progress`.
+        ``progress(done, of, step)``, see `lostmotion.on_progress`.
 
     Returns
     -------
@@ -142,7 +142,7 @@ def diagnose(
         base, chosen_from, ratio, friction, None if progress is None else count_pieces(progress)
     )
     if progress is not None:
-        progress(PIECES, PIECES)
+        progress(PIECES, PIECES, "")
     return found
 
 
@@ -204,9 +204,9 @@ def select_with(
     plain = with_steps(start, early)
     if early:
         plain.fit(steps=REFIT_STEPS)
-    fitted = finish_baseline(plain, effects, ratio, friction)
     if progress is not None:
-        progress("baseline model")
+        progress("fitting the baseline model")
+    fitted = finish_baseline(plain, effects, ratio, friction)
     base = fitted.base
     selection = select_recorded(base, effects, ratio, progress=progress)
     stepwise = add_found(selection, effects, ratio)

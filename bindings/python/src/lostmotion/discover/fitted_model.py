@@ -244,17 +244,23 @@ def fit_model(
         return few_readings_model(base, chosen)
     require_addable(base, chosen)
     base.rises = True
-    baseline = fit_baseline(base, effects, drive.ratio, friction)
     steps = 2 + len(chosen)
     say = progress or (lambda *_: None)
+    say(0, steps, "fitting the baseline model")
+    baseline = fit_baseline(base, effects, drive.ratio, friction)
     fitted = fit_stepwise(
-        baseline.base, chosen, effects, drive.ratio, progress=lambda number: say(number + 1, steps)
+        baseline.base,
+        chosen,
+        effects,
+        drive.ratio,
+        progress=lambda number: say(number + 1, steps, f"fitting {chosen[number].name}"),
     )
     if chosen:
         other = form_beside_effects(baseline, fitted.model, effects, drive.ratio)
         if other is not None:
+            say(steps - 1, steps, "refitting with another form of the hysteresis")
             fitted = fit_stepwise(other, chosen, effects, drive.ratio)
-    say(steps, steps)
+    say(steps, steps, "")
     return FittedModel(
         fitted.model,
         ladder_of_fit(fitted.models),

@@ -77,8 +77,8 @@ def select_recorded(
 ) -> Selection:
     """Select effects for recordings, starting from a fitted baseline model."""
     say = progress or (lambda _: None)
+    say("estimating the measurement noise")
     model = RecordedModel(base, effects, ratio)
-    say("noise")
     steps = select(model, say)
     given = max(model.given.values(), default=0.0)
     return Selection(steps, model.settled, model.noise, given, base, model.first)

@@ -19,7 +19,7 @@ def select(model: GrowingModel, say: Callable[[str], None] = lambda _: None) -> 
     model : GrowingModel
         Model to which the selected candidates are added.
     say : callable
-        Called with the name of each step when it is done.
+        Called with the name of each step before it.
 
     Returns
     -------
@@ -30,8 +30,8 @@ def select(model: GrowingModel, say: Callable[[str], None] = lambda _: None) -> 
     most = max(1, min(rules.TERMS_MAX, model.runs // rules.RUNS_PER_TERM))
     steps: list[Step] = []
     while True:
+        say("comparing effects")
         current, results = model.compete()
-        say("contest")
         taken = [step.selected for step in steps if step.selected is not None]
         kept = model.given | {one.name: one.size for one in taken if one.candidate.named}
         sizes = [*(one.size for one in taken), *model.given.values()]
@@ -43,5 +43,5 @@ def select(model: GrowingModel, say: Callable[[str], None] = lambda _: None) -> 
             return steps
         if not best.candidate.named and any(not one.candidate.named for one in taken):
             return steps
+        say(f"refitting with {best.candidate.name}")
         model.take(best, paid_by_kind(current)["effect"])
-        say("refit")

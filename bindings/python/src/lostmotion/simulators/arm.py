@@ -285,7 +285,7 @@ def run_arm(step_s: float = 1e-3, progress: OnProgress | None = None) -> dict[st
     step_s : float
         Timestep of the simulation and period of the controller.
     progress : callable, optional
-        ``progress(done, of)``, see `lostmotion.on_progress`.
+        ``progress(done, of, step)``, see `lostmotion.on_progress`.
 
     Returns
     -------
@@ -307,7 +307,7 @@ def run_arm(step_s: float = 1e-3, progress: OnProgress | None = None) -> dict[st
     found = {}
     for number, variant in enumerate(VARIANTS):
         if progress is not None:
-            progress(number, len(VARIANTS))
+            progress(number, len(VARIANTS), variant)
         attained = walk(mujoco, variant, drives, there, step_s).tool_m[rests]
         done = walk(mujoco, variant, drives, path, step_s)
         error = np.linalg.norm(done.tool_m - done.commanded_m, axis=1)[round(REST_S / step_s) :]

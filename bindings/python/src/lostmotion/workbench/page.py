@@ -337,7 +337,8 @@ class Page:
         if not work.busy:
             return
         with self.job:
-            ui.label("stopping" if work.stopping else work.label).classes("small")
+            doing = f"{work.label}: {words(work.step)}" if work.step else work.label
+            ui.label("stopping" if work.stopping else doing).classes("small")
             share = round(100 * work.share)
             ui.html(f'<div class="bar"><div style="width:{share}%"></div></div>', sanitize=False)
             action("Stop", work.stop).mark("stop")

@@ -104,7 +104,7 @@ def serve(
         if drive is not None:
             bench.load_drive(drive)
         if data:
-            bench.load_recordings(data, parse_map(mapping), lambda done, steps: None)
+            bench.load_recordings(data, parse_map(mapping), lambda *_: None)
         make_app(bench, work, search)
         app.add_middleware(Guard, token=token, cookie=f"lostmotion_{place}")
         if not quiet or not show:

@@ -26,6 +26,8 @@ class Work:
         Name of the task; empty if there is none.
     share : float
         Completed share, 0 to 1.
+    step : str
+        What the task does now, if it states it.
     message : str
         Message of the last task: empty, or why it ended without a result.
     version : int
@@ -35,6 +37,7 @@ class Work:
     def __init__(self) -> None:
         self.label = ""
         self.share = 0.0
+        self.step = ""
         self.message = ""
         self.version = 0
         self._stop = threading.Event()
@@ -55,11 +58,11 @@ class Work:
         self.message = message
         self.version += 1
 
-    def tick(self, done: int, steps: int) -> None:
-        """Record progress; raises `StoppedError` if a stop was requested."""
+    def tick(self, done: int, steps: int, step: str = "") -> None:
+        """Record progress and the current step; raises `StoppedError` if a stop was requested."""
         if self._stop.is_set():
             raise StoppedError
-        self.share = done / max(steps, 1)
+        self.share, self.step = done / max(steps, 1), step
         self.version += 1
 
     def stop(self) -> None:
@@ -71,7 +74,7 @@ class Work:
         """Start a task; None while another is running."""
         if self.busy:
             return None
-        self.label, self.share, self.message = label, 0.0, ""
+        self.label, self.share, self.step, self.message = label, 0.0, "", ""
         self._stop.clear()
         self.version += 1
         return self._threads.submit(self._run, task)
