@@ -1,4 +1,4 @@
-"""The largest linear model: its residual is the measurement noise, its columns what is confounded."""
+"""The largest linear model: its residual is the measurement noise; it shows what is confounded."""
 
 from __future__ import annotations
 
