@@ -108,13 +108,10 @@ def settle(base: BaselineModel, noise: Noise, rounds: int = ROUNDS) -> Settled:
     current.noise_arcsec = noise_rms(noise, base)
     best = contest_at(current, noise)
     objective = objective_at(current, best, noise)
-    least_rms = rms_beside_form(current, best, noise)
+    least_rms = plain_rms(current)
     for _ in range(rounds):
         moved = move(current, best, noise)
-        if moved is None:
-            break
-        rms = rms_beside_form(moved, best, noise)
-        if rms >= rules.WORSE * least_rms:
+        if moved is None or plain_rms(moved) >= rules.WORSE * least_rms:
             break
         contest = contest_at(moved, noise, best)
         value = objective_at(moved, contest, noise)
@@ -122,7 +119,7 @@ def settle(base: BaselineModel, noise: Noise, rounds: int = ROUNDS) -> Settled:
             break
         fall = objective - value
         current, best, objective = moved, contest, value
-        least_rms = min(least_rms, rms)
+        least_rms = min(least_rms, plain_rms(current))
         if fall < SETTLED:
             break
     return Settled(current, best, noise)
@@ -154,53 +151,29 @@ def move(current: BaselineModel, contest: Contest, noise: Noise) -> BaselineMode
 def misfit(base: BaselineModel, contest: Contest, noise: Noise) -> float:
     """Minus the log likelihood of a model at its deviations, and of these, nats and a constant.
 
-    At the variances of a contest; the offset of each run and the form error have their best values.
+    At the variances of a contest; the offset of each run has its best value.
     """
     e = contest.evidence
     variance = contest.null_omega / e.scale[e.scatter] ** 2
-    square, normal, along = without_offsets(base, float(variance[-1]), noise)
-    total = float(np.sum(base.deviations**2 / variance[: len(DEVIATIONS)])) + square
-    return 0.5 * (total - float(along @ np.linalg.solve(normal, along)))
-
-
-def without_offsets(
-    base: BaselineModel, variance: float, noise: Noise
-) -> tuple[float, FloatArray, FloatArray]:
-    """Whitened residual and form error at the best offset of each run, of a given variance.
-
-    Returns
-    -------
-    square : float
-        Sum of squares of the residual.
-    normal, along : ndarray
-        Normal equations of the form error.
-    """
-    starts, error = base.conditions.starts, base.form_error
-    white, begins = noise.whiten_runs(base.residual(), starts)
-    level, _ = noise.whiten_runs(np.ones(base.conditions.rows), starts)
+    residual = base.residual()
+    total = float(np.sum(base.deviations**2 / variance[: len(DEVIATIONS)]))
+    starts = base.conditions.starts
+    white, begins = noise.whiten_runs(residual, starts)
+    level, _ = noise.whiten_runs(np.ones_like(residual), starts)
     square, cross, ones = (
         np.add.reduceat(product, begins) for product in (white**2, white * level, level**2)
     )
-    free = ones + 1.0 / variance
-    left = float(np.sum(square - cross**2 / free))
-    if error is None:
-        return left, np.zeros((0, 0)), np.zeros(0)
-    runs = enumerate(base.conditions.slices())
-    form = np.concatenate([noise.whiten(error.columns[at], run) for run, at in runs])
-    offsets = np.add.reduceat(form * level[:, None], begins)
-    normal = np.diag(error.precision) + form.T @ form - (offsets.T / free) @ offsets
-    return left, normal, form.T @ white - offsets.T @ (cross / free)
-
-
-def rms_beside_form(base: BaselineModel, contest: Contest, noise: Noise) -> float:
-    """Root mean square, arc seconds, of the residual that the form error does not follow."""
-    if base.form_error is None:
-        return plain_rms(base)
-    e = contest.evidence
-    variance = contest.null_omega[-1] / e.scale[e.scatter[-1]] ** 2
-    _, normal, along = without_offsets(base, float(variance), noise)
-    form = base.form_error.columns @ np.linalg.solve(normal, along)
-    return float(np.sqrt(np.mean((base.residual() - form) ** 2)))
+    free = ones + 1.0 / variance[-1]
+    total += float(np.sum(square - cross**2 / free))
+    error = base.form_error
+    if error is not None:
+        runs = enumerate(base.conditions.slices())
+        form = np.concatenate([noise.whiten(error.columns[at], run) for run, at in runs])
+        offsets = np.add.reduceat(form * level[:, None], begins)
+        normal = np.diag(error.precision) + form.T @ form - (offsets.T / free) @ offsets
+        along = form.T @ white - offsets.T @ (cross / free)
+        total -= float(along @ np.linalg.solve(normal, along))
+    return 0.5 * total
 
 
 def plain_rms(base: BaselineModel) -> float:
