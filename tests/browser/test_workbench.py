@@ -355,6 +355,7 @@ def test_long_work_leaves_the_page_alive_and_can_be_stopped(
         view.driver.get(address)
         view.turn_to("Effects")
         view.press("Find what is missing")
+        view.wait(lambda: "diagnosing: fitting the" in view.text(".job"), "what is done now")
         begin = time.monotonic()
         view.turn_to("Drive")
         assert time.monotonic() - begin < 5

@@ -101,7 +101,7 @@ def other_pythons() -> list[Path]:
 
 
 def test_the_sdist_holds_the_library_and_its_wheel_runs_on_another_python(tmp_path: Path) -> None:
-    # --- an sdist, made in the checkout and unpacked where no checkout is near
+    # --- an sdist, made in the checkout and unpacked outside of any checkout
     environment = build_environment(tmp_path / "backend")
     run(
         sys.executable,

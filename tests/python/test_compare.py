@@ -183,7 +183,7 @@ def test_a_fitted_drive_is_compared_with_its_effects(tmp_path: Path) -> None:
     )
     drive = read_drive(sheet)
     data = campaign(8, inside=0.4, outside=0.0, gap_per_kelvin=2e-6)
-    fitted = fit_model(drive, data, torsion_curve(), ["thermal_gap"], library())
+    fitted = fit_model(drive, data, ["thermal_gap"], torsion_curve=torsion_curve())
     (tmp_path / "fitted.toml").write_text(format_toml(fitted.document(drive)))
     again = read_drive(tmp_path / "fitted.toml")
     base = make_base(again, data, torsion_curve(), library())

@@ -79,7 +79,7 @@ def campaigns() -> Iterator[tuple[str, list[Columns]]]:
     yield "one amplitude", [one(rng) for _ in several]
     yield "no noise", [one(rng, noise_rad=0.0, temperature_C=20.0 + k) for k in several]
     yield "noise alone", [one(rng, noise_rad=0.1, temperature_C=20.0 + k) for k in several]
-    yield "one run again and again", [one(rng, temperature_C=22.0)] * RUNS
+    yield "one run repeated many times", [one(rng, temperature_C=22.0)] * RUNS
     yield "the same without noise", [one(rng, noise_rad=0.0)] * RUNS
     rising = [one(rng, temperature_C=20.0 + k) for k in several]
     for run in rising:

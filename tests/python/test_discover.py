@@ -363,7 +363,7 @@ def test_beside_an_effect_of_the_file_the_same_counts_as_beside_one_that_was_fou
     drive = parse_drive(tomllib.loads(DRIVE))
     plain = diagnose(drive, data)
     assert (plain.verdict, plain.effects) == ("missing-effect", ["thermal_gap"])
-    model = fit_model(drive, data, None, ["thermal_gap"], library())
+    model = fit_model(drive, data, ["thermal_gap"])
     fitted = diagnose(parse_drive(tomllib.loads(format_toml(model.document(drive)))), data)
     assert (fitted.verdict, fitted.effects) == ("complete", [])
     assert fitted.selection.given_arcsec == pytest.approx(

@@ -20,7 +20,7 @@ from lostmotion.fit.drive_file import make_base
 def test_a_fitted_file_reads_back_as_the_same_model():
     drive = parse_drive(tomllib.loads(DRIVE))
     data = campaign(add=gap)
-    model = fit_model(drive, data, None, ["thermal_gap"], library())
+    model = fit_model(drive, data, ["thermal_gap"])
     again = parse_drive(tomllib.loads(format_toml(model.document(drive))))
     base = make_base(again, data, None, library())
     base.hysteresis.start = model.base.hysteresis.start
@@ -35,7 +35,7 @@ def test_a_fitted_file_reads_back_as_the_same_model():
 def test_an_effect_without_its_column_cannot_be_added():
     drive = parse_drive(tomllib.loads(DRIVE))
     with pytest.raises(InputError, match="cycles"):
-        fit_model(drive, campaign(), None, ["wear"], library())
+        fit_model(drive, campaign(), ["wear"])
 
 
 def test_commands_from_diagnosis_to_fitted_file(tmp_path, capsys):

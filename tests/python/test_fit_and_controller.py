@@ -267,8 +267,8 @@ def test_runs_that_were_not_fitted_decide_where_friction_sits(
     (tmp_path / "joint.toml").write_text(DRIVE)
     drive = read_drive(tmp_path / "joint.toml")
     data = read_campaign([file], ratio=RATIO)
-    model = fit_model(drive, data, None, [], library())
+    model = fit_model(drive, data, [])
     assert model.document(drive)["fit"]["friction"] == place
     assert model.ladder[-1]["rms_heldout_arcsec"] < 0.6
-    kept = fit_model(drive, data, None, [], library(), friction="inside")
+    kept = fit_model(drive, data, [], friction="inside")
     assert kept.document(drive)["fit"]["friction"] == "inside"

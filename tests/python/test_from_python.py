@@ -118,7 +118,7 @@ def test_a_drive_replaces_its_single_values(
         base=make_base(drive, warm, torsion_curve, library()),
     )
     assert found.answer() == other.answer()
-    again = fit_model(drive, warm, torsion_curve, ["thermal_gap"], library())
+    again = fit_model(drive, warm, ["thermal_gap"], torsion_curve=torsion_curve)
     np.testing.assert_array_equal(fitted.values, again.values)
     # From its torsion curve alone the rated torque is unknown, which determines the operators.
     by_drive, by_curve = compare(drive, warm).answer(), compare(torsion_curve, warm).answer()

@@ -12,7 +12,7 @@ from scipy import stats
 from scipy.signal import lfilter
 from small_campaigns import DRIVE, RATED_NM, RATIO, campaign
 
-from lostmotion.discover import diagnose, library
+from lostmotion.discover import diagnose
 from lostmotion.discover.fitted_model import fit_model
 from lostmotion.drives import parse_drive, tomllib
 from lostmotion.recordings import Campaign
@@ -53,7 +53,7 @@ def test_standard_errors_of_a_fit_are_what_they_say() -> None:
     limit = stats.t.isf(0.05, RUNS - 3)
     for seed in range(trials):
         data = campaign(seed=seed, runs=RUNS, rows=ROWS)
-        model = fit_model(drive, data, None, ["thermal_stiffness"], library())
+        model = fit_model(drive, data, ["thermal_stiffness"])
         place = [i for i, name in enumerate(model.names) if name.startswith("thermal_stiffness.")]
         value, error = model.values[place[0]], model.standard_errors[place[0]]
         outside += abs(value) > limit * error

@@ -47,7 +47,7 @@ def test_effects_need_only_columns_that_can_be_recorded():
     assert blind["viscous_friction"] == "not testable with these columns: no input_angle_rad"
     drive = parse_drive(tomllib.loads(DRIVE))
     with pytest.raises(InputError, match="output_angle_rad: found no such column"):
-        fit_model(drive, data, None, ["inertia"], library())
+        fit_model(drive, data, ["inertia"])
 
 
 def test_what_never_changes_is_called_what_it_is():
@@ -56,7 +56,7 @@ def test_what_never_changes_is_called_what_it_is():
         run.columns["input_angle"][:] = run.columns["input_angle"][0]
     drive = parse_drive(tomllib.loads(DRIVE))
     with pytest.raises(InputError, match="speed of the input: found a constant"):
-        fit_model(drive, data, None, ["viscous_friction"], library())
+        fit_model(drive, data, ["viscous_friction"])
 
 
 def test_the_next_run_is_the_one_that_differs_most():

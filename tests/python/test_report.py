@@ -35,7 +35,6 @@ from lostmotion.discover import diagnose
 from lostmotion.discover.answer import Diagnosis
 from lostmotion.discover.fitted_model import FittedModel, fit_model
 from lostmotion.drives import Drive, format_toml, parse_drive, read_drive
-from lostmotion.effects.library import library
 from lostmotion.model import design_model, make_torsion_curve
 from lostmotion.predict import predict
 from lostmotion.recordings import Campaign, Run, read_campaign
@@ -150,7 +149,7 @@ def discovered(kind: str) -> tuple[Drive, Diagnosis | FittedModel]:
     drive = parse_drive(tomllib.loads(DRIVE))
     data = campaign(add=ripple if kind == "unexplained" else gap)
     if kind == "fitted":
-        return drive, fit_model(drive, data, None, ["thermal_gap"], library())
+        return drive, fit_model(drive, data, ["thermal_gap"])
     return drive, diagnose(None, data, ratio=drive.ratio, rated_torque_Nm=drive.rated_torque_Nm)
 
 
@@ -188,7 +187,7 @@ def section_of(name: str) -> Section:
         drive, data = turning()
         drive = dataclasses.replace(drive, file=str(LOOPS / "drive.toml"))
         if name == "turning fitted":
-            model = fit_model(drive, data, None, ["kinematic_error"], library())
+            model = fit_model(drive, data, ["kinematic_error"])
             return fit_section(drive, model, [])
         torsion_curve = make_torsion_curve(drive, data.largest_torque_Nm)
         return comparison_section(drive, compare(torsion_curve, data), [])
@@ -304,7 +303,7 @@ def test_a_chart_has_a_size_and_names_in_its_legend_and_sends_nothing(name):
 
 def test_runs_under_one_torque_are_drawn_over_the_angle_in_which_they_turn() -> None:
     drive, data = turning()
-    model = fit_model(drive, data, None, ["kinematic_error"], library())
+    model = fit_model(drive, data, ["kinematic_error"])
     before = model.base.copy()
     before.terms, before.additives = [], []
     overlay = Overlay(before, model.base, 1.0, "small")

@@ -162,6 +162,13 @@ def test_a_characterization_is_a_table_and_a_figure(campaign: lm.Campaign) -> No
     assert repr(copy.deepcopy(found)) == repr(pickle.loads(pickle.dumps(found))) == repr(found)
 
 
+def test_clearances_are_a_table() -> None:
+    drive = lm.read_drive(JOINT.parent / "drives" / "reference_a.toml")
+    found = lm.clearances(drive, angles_rad=[0.0, 0.5])
+    assert list(found.to_dataframe()["angle_deg"]) == found["angle_deg"]
+    assert found._repr_html_().count("<tr>") == 1 + len(found["angle_deg"])
+
+
 def test_a_prediction_is_a_table_and_a_figure() -> None:
     prediction = lm.predict(lm.read_drive(JOINT / "joint.toml"), [0.0, 10.0, 20.0])
     frame = prediction.to_dataframe()

@@ -4,8 +4,8 @@
 
 HERE and THERE are build folders of the same sources. Compared are figures and limits at points of
 the shipped specs, and the shipped searches: the fronts as they are printed. The C libraries of two
-systems differ in the last place, and the figures by what that place moves. How much this is, is
-measured here: the same program with every result of the C library moved by one unit in the last
+systems differ in the last place, and the figures by the effect of that place. It is measured
+here: the same program with every result of the C library moved by one unit in the last
 place (one_ulp.c). Figures that differ by more have another cause.
 """
 

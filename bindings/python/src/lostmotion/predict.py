@@ -197,9 +197,27 @@ ANGLE_DIGITS = 12
 """Decimals of an angle of a tooth in deg."""
 
 
+class Clearances(dict[str, Any]):
+    """Answer of `clearances`, also as a data frame."""
+
+    COLUMNS = ("section", "angle_deg", "forward_arcmin", "backward_arcmin", "contact_radius_mm")
+
+    def to_dataframe(self) -> Any:
+        """Return a pandas data frame with one row per tooth and axial section."""
+        return data_frame({name: self[name] for name in (*self.COLUMNS, "overlap")})
+
+    def _repr_html_(self) -> str:
+        head = [name.replace("_", " ") for name in self.COLUMNS]
+        rows = (
+            ["" if value is None else f"{value:.6g}" for value in row]
+            for row in zip(*(self[name] for name in self.COLUMNS), strict=True)
+        )
+        return html_table(head, rows, f"{self['drive']}: side clearances")
+
+
 def clearances(
     drive: Drive, phase_rad: float = 0.0, angles_rad: npt.ArrayLike | None = None
-) -> dict[str, Any]:
+) -> Clearances:
     """Return the side clearances of every tooth, or at stated angles.
 
     Parameters
@@ -211,11 +229,12 @@ def clearances(
     angles_rad : array, optional
         Angles from the deformation axis at which a tooth is to be placed.
     """
+    given_as("clearances", "drive", drive, Drive)
     found = design_model(drive).clearances(phase_rad, angles_rad)
     radius = [
         np.where(r > 0, r, np.nan) for r in (found.forward_radius_mm, found.backward_radius_mm)
     ]
-    return {
+    answer = {
         "schema": "lostmotion.clearances/1",
         "drive": drive.name,
         "section": [int(section) for section in found.section],
@@ -227,6 +246,7 @@ def clearances(
         "backward_contact_radius_mm": numbers(radius[1]),
         "overlap": [bool(overlap) for overlap in found.overlap],
     }
+    return Clearances(answer)
 
 
 make_callable(__name__)

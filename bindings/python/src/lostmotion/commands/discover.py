@@ -113,9 +113,9 @@ def run_fit(arguments: argparse.Namespace) -> None:
         model = fit_model(
             drive,
             campaign,
-            torsion_curve,
             arguments.add,
-            effects,
+            torsion_curve=torsion_curve,
+            effects=effects,
             friction=arguments.friction,
             progress=bar,
         )

@@ -209,10 +209,10 @@ class FittedModel(WhitenedResult):
 def fit_model(
     drive: Drive,
     campaign: Campaign,
-    torsion_curve: TorsionCurve | None = None,
     add: str | Sequence[str] = (),
-    effects: Mapping[str, Effect] | None = None,
     *,
+    torsion_curve: TorsionCurve | None = None,
+    effects: Mapping[str, Effect] | None = None,
     friction: Friction | None = None,
     progress: OnProgress | None = None,
 ) -> FittedModel:
@@ -222,11 +222,11 @@ def fit_model(
     ----------
     drive : Drive
     campaign : Campaign
-    torsion_curve : TorsionCurve, optional
-        Torsion curve of the drive; by default from its file.
     add : str or sequence of str
         Effects to add, in this order: names, or formulas such as
         ``"size_rad * cos(2*pi*0.43*input_turns)"``, see `effects.formula.written_formula`.
+    torsion_curve : TorsionCurve, optional
+        Torsion curve of the drive; by default from its file.
     effects : mapping, optional
         Effects by name; by default those of the library.
     friction : {"inside", "outside", "inside+load", "both", "both+load"}, optional
