@@ -197,7 +197,7 @@ ANGLE_DIGITS = 12
 """Decimals of an angle of a tooth in deg."""
 
 
-class Clearances(dict[str, Any]):
+class ClearanceTable(dict[str, Any]):
     """Answer of `clearances`, also as a data frame."""
 
     COLUMNS = ("section", "angle_deg", "forward_arcmin", "backward_arcmin", "contact_radius_mm")
@@ -217,7 +217,7 @@ class Clearances(dict[str, Any]):
 
 def clearances(
     drive: Drive, phase_rad: float = 0.0, angles_rad: npt.ArrayLike | None = None
-) -> Clearances:
+) -> ClearanceTable:
     """Return the side clearances of every tooth, or at stated angles.
 
     Parameters
@@ -246,7 +246,7 @@ def clearances(
         "backward_contact_radius_mm": numbers(radius[1]),
         "overlap": [bool(overlap) for overlap in found.overlap],
     }
-    return Clearances(answer)
+    return ClearanceTable(answer)
 
 
 make_callable(__name__)
