@@ -15,7 +15,6 @@ from lostmotion.discover.gates import is_of_form
 from lostmotion.discover.linearise import Settled, columns_of, form_part, noise_rms
 from lostmotion.discover.measurement_noise import LargestModel
 from lostmotion.discover.shortlist import least_sizes
-from lostmotion.effects.conditions import side_by_side
 from lostmotion.evidence.contest import FIRST_OMEGA, Result
 from lostmotion.evidence.gram import Evidence, gather
 from lostmotion.evidence.noise import Noise
@@ -28,6 +27,9 @@ FloatArray = npt.NDArray[np.float64]
 SD_TRIALS = np.geomspace(0.1, 100.0, 7)
 """Standard deviations that are tried, relative to the noise within runs; a parabola interpolates
 between them."""
+
+FORM = "form"
+"""Name of its columns among those of the effects, which are numbered."""
 
 RANK_MOST = 64
 """Largest number of directions of the form error that are kept: each costs time with every
@@ -125,23 +127,19 @@ def estimate_form_error(
     """
     basis = base.form_basis.columns
     fixed, precision, scatter, response = columns_of(base, base.at(), form=False)
-    columns = side_by_side(fixed, *effects, basis)
-    given = np.append(precision, np.zeros(columns.shape[1] - precision.size))
-    whole = gather(columns, given, scatter, (), response, noise, base.conditions.starts)
-    own = slice(-basis.shape[1], None)
-    omega = np.full(whole.scatter.size, FIRST_OMEGA)
-    bare = replace(whole, fixed=whole.fixed[: own.start], precision=whole.precision[: own.start])
-    omega, without = RestrictedLikelihood(bare, bare.index()).lowest(omega)
-    scale = whole.scale[whole.fixed[own]]
-
-    def known(log_sd: float) -> Evidence:
-        more = whole.precision.copy()
-        more[own] = np.exp(-2.0 * log_sd) / scale**2
-        return replace(whole, precision=more)
+    blocks = [*((str(number), columns) for number, columns in enumerate(effects)), (FORM, basis)]
+    bare = gather(fixed, precision, scatter, blocks, response, noise, base.conditions.starts)
+    own, names = bare.blocks[FORM], [name for name, _ in blocks]
+    scale, index = bare.scale[own], bare.index(*names)
+    omega = np.full(bare.scatter.size, FIRST_OMEGA)
+    omega, without = RestrictedLikelihood(bare, bare.index(*names[:-1])).lowest(omega)
+    likelihood = RestrictedLikelihood(bare, index)
+    flat = bare.ridge(index)
 
     def objective(log_sd: float) -> float:
-        evidence = known(log_sd)
-        _, value = RestrictedLikelihood(evidence, evidence.index()).lowest(omega)
+        ridge = flat.copy()
+        ridge[-own.size :] += np.exp(-2.0 * log_sd) / scale**2
+        _, value = likelihood.with_ridge(ridge).lowest(omega)
         return value + scale.size * log_sd + float(np.log(scale).sum())
 
     trials = np.log(noise_rms(noise, base)) + np.log(SD_TRIALS)
@@ -154,9 +152,11 @@ def estimate_form_error(
         log_sd += lowest_of_parabola(values[least - 1 : least + 2]) * float(trials[1] - trials[0])
     sd = float(np.exp(log_sd))
     # An effect may explain what is really form error, so the directions are found without effects.
-    alone = np.r_[: fixed.shape[1], columns.shape[1] - basis.shape[1] : columns.shape[1]]
-    evidence = known(log_sd)
-    evidence = replace(evidence, fixed=evidence.fixed[alone], precision=evidence.precision[alone])
+    evidence = replace(
+        bare,
+        fixed=np.append(bare.fixed, own),
+        precision=np.append(bare.precision, sd**-2.0 / scale**2),
+    )
     omega, _ = RestrictedLikelihood(evidence, evidence.index()).lowest(omega)
     turn = form_directions(evidence, omega, scale, sd)
     return FormError(basis @ turn, sd, without - values[least]) if turn.shape[1] else None

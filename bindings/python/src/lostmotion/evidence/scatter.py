@@ -6,6 +6,7 @@ With the scattering columns B and their variances omega, the covariance of a run
 
 from __future__ import annotations
 
+import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -157,6 +158,12 @@ class RestrictedLikelihood:
         self.total = evidence.total[np.ix_(index, index)]
         self.ridge = np.diag(evidence.ridge(index))
         self.both = np.concatenate((self.cross, self.gram), axis=2)
+
+    def with_ridge(self, ridge: FloatArray) -> RestrictedLikelihood:
+        """The same with another prior precision of the columns."""
+        other = copy.copy(self)
+        other.ridge = np.diag(ridge)
+        return other
 
     def __call__(self, log_omega: FloatArray) -> tuple[float, FloatArray, FloatArray]:
         """Value, slope and expected curvature over the logarithms of the variances.

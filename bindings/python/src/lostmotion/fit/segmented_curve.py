@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -89,23 +90,12 @@ class SegmentedCurve:
             ends = np.concatenate(([0.0], self.knots_Nm, [last]))
             self.prior_slopes = np.diff(sheet(ends)) / np.diff(ends) / ARCSEC
 
-    def ramps(self, wound: FloatArray) -> FloatArray:
-        """Curve of unit slope in each segment, zero in the others."""
-        size, sign = np.abs(wound), np.sign(wound)
-        low = np.concatenate(([0.0], self.knots_Nm))
-        length = np.append(np.diff(low), np.inf)
-        out = np.empty((wound.size, low.size), order="F")
-        for i in range(low.size):
-            taken = np.maximum(size - low[i], 0.0)
-            np.multiply(sign, np.minimum(taken, length[i], out=taken), out=out[:, i])
-        return out
-
     def slope_at(self, wound: FloatArray) -> FloatArray:
         """Slope of the segment of each torque."""
         return self.slopes[np.searchsorted(self.knots_Nm, np.abs(wound), side="right")]
 
     def angle(self, wound: FloatArray) -> FloatArray:
-        """Angle, arc seconds: equals ``ramps(wound) @ slopes``, several times faster."""
+        """Angle, arc seconds."""
         size = np.abs(wound)
         ends = np.concatenate(([0.0], self.knots_Nm))
         heights = np.concatenate(([0.0], np.cumsum(np.diff(ends) * self.slopes[:-1])))
@@ -119,7 +109,12 @@ class SegmentedCurve:
         sd = np.maximum(self.prior_slopes, 0.1 * self.mean_slope)
 
         def fill(point: Point, out: FloatArray) -> None:
-            np.multiply(self.ramps(point.wound), point.stiffness[:, None], out=out)
+            size, turned = np.abs(point.wound), np.sign(point.wound) * point.stiffness
+            within = np.empty_like(size)
+            for segment, (low, high) in enumerate(pairwise([0.0, *self.knots_Nm, np.inf])):
+                np.clip(size, low, high, out=within)
+                within -= low
+                np.multiply(turned, within, out=out[:, segment])
 
         return Block(
             block_names("slope", n),
