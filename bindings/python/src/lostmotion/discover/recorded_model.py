@@ -148,27 +148,29 @@ class RecordedModel(GrowingModel):
             base = with_form_error(base, self.noise, candidates, self.largest)
         self.rounds += 1
         settled = now if now.noise is self.noise else settle(base, self.noise)
+        known: RecordedRound | None = None
         if noise_rms(self.noise, base) > rules.WANDERING * float(np.mean(self.noise.sigma)):
-            calmer = self.calmer_noise(settled, [c for c in candidates if c.named], closed)
+            known = make_round(settled, [c for c in candidates if c.named], closed)
+            calmer = self.calmer_noise(known)
             if calmer is not None:
-                self.noise = calmer
+                self.noise, known = calmer, None
                 settled = settle(base, self.noise)
         self.within = noise_rms(self.noise, base)
         self.settled[-1] = settled
         # The residual of an effect often differs in fast runs; this is not a second cause.
         own = [] if base.has_effects else between_runs(settled.base, settled.contest)
         current = make_round(settled, [*candidates, *own], closed)
+        if known is not None:
+            current.judged = known.judged  # the effects come first in both
         results = judge_all(current)
         mark_of_form(self.largest, current, results)
         return current, results
 
-    def calmer_noise(
-        self, settled: Settled, effects: list[Candidate], closed: dict[str, str]
-    ) -> Noise | None:
-        """Noise of the largest model at the fit of a strong effect, if it is lower."""
+    def calmer_noise(self, current: RecordedRound) -> Noise | None:
+        """Noise of the largest model at the fit of a strong effect of a round, if it is lower."""
         best: Noise | None = None
+        settled = current.settled
         least = rules.CALMER * noise_rms(settled.noise, settled.base)
-        current = make_round(settled, effects, closed)
         strong = [result for result in judge_all(current) if result.gain > 0]
         for result in strong[: rules.REFITS_NAMED]:
             try:

@@ -50,8 +50,6 @@ class Solution:
     x : ndarray
     cost : float
         Sum of squares.
-    normal : ndarray
-        The normal matrix ``J.T @ J`` at the solution.
     at_bound : ndarray of bool
     steps : int
         Number of evaluations.
@@ -59,7 +57,6 @@ class Solution:
 
     x: FloatArray
     cost: float
-    normal: FloatArray
     at_bound: npt.NDArray[np.bool_]
     steps: int
 
@@ -84,7 +81,7 @@ def bounded_least_squares(
     ----------
     evaluate : callable
         Returns the residuals and their Jacobian at a point; the Jacobian as an array, or as a
-        function that is called only if the point is accepted, before the next one.
+        function that is called only if a step begins at the point, before the next one.
     start, low, high : ndarray
         Starting point and box; `start` is clipped into it.
     tolerance : float
@@ -98,13 +95,16 @@ def bounded_least_squares(
     if limit is not None and (total := float(x[limit.places].sum())) > limit.most:
         x[limit.places] *= limit.most / total
     residual, derivatives = evaluate(x)
-    normal, gradient = normal_equations(residual, derivatives)
     cost = float(residual @ residual)
     damping = FIRST_DAMPING
     used = 1
     small_falls = 0
-    # If the residuals depend on no unknown (constant torque), the starting point is kept.
-    while used < steps and damping < GREATEST_DAMPING and cost > 0 and np.any(gradient):
+    moved = True
+    while used < steps and damping < GREATEST_DAMPING and cost > 0 and small_falls < 2:
+        if moved:
+            normal, gradient = normal_equations(residual, derivatives)
+        if not np.any(gradient):
+            break  # the residuals depend on no unknown (constant torque)
         room = (
             None
             if limit is None
@@ -118,16 +118,14 @@ def bounded_least_squares(
         residual, derivatives = evaluate(trial)
         used += 1
         found = float(residual @ residual)
-        if found < cost:
+        moved = found < cost
+        if moved:
             small_falls = small_falls + 1 if cost - found < tolerance * cost else 0
             damping = max(LEAST_DAMPING, damping * (0.1 if cost - found > 0.5 * predicted else 1.0))
             x, cost = trial, found
-            normal, gradient = normal_equations(residual, derivatives)
-            if small_falls > 1:
-                break
         else:
             damping *= 10.0
-    return Solution(x, cost, normal, (x <= low) | (x >= high), used)
+    return Solution(x, cost, (x <= low) | (x >= high), used)
 
 
 def normal_equations(
