@@ -4,17 +4,12 @@
 #include "real_math.h"
 #include "refuse.h"
 
-/* Rates of a tooth's motion by central differences: for a smooth wave the relative error of third
- * order is 1e-6 (float32: 2e-5, about its rounding), which moves the maximum by the same share and
- * changes its value by the square. The search for the maximum ends when a step changes neither the
- * value nor its derivatives. A point on the edge of the land within rounding has the flank's
- * tangent. */
+/* The search for the maximum ends when a step changes neither the value nor its derivatives. A
+ * point on the edge of the land within rounding has the flank's tangent. */
 #if LM_REAL_BITS == 32
-#define RATE_STEP LM_REAL(4e-3)
 #define CLIMB_END LM_REAL(1e-3)
 #define LAND_SLACK LM_REAL(1e-3)
 #else
-#define RATE_STEP LM_REAL(1e-3)
 #define CLIMB_END LM_REAL(1e-9)
 #define LAND_SLACK LM_REAL(1e-7)
 #endif
@@ -52,9 +47,8 @@
 /* A moving tooth: its position and the derivatives by the material angle. */
 typedef struct motion {
   lm_placement place;
+  lm_placement_rate rate;
   lm_real lead_rad; /* of the foot ahead of the rigid space's axis */
-  lm_real radius_rate;
-  lm_real tilt_rate;
   lm_real lead_rate;
 } motion;
 
@@ -82,15 +76,10 @@ static lm_real lead_of(const generation *g, const lm_placement *place, lm_real a
 }
 
 static motion move_tooth(const generation *g, lm_real angle) {
-  const lm_placement before = lm_place_tooth(g->line, angle - RATE_STEP);
-  const lm_placement after = lm_place_tooth(g->line, angle + RATE_STEP);
-  const lm_real twice = LM_REAL(2) * RATE_STEP;
   motion m;
-  m.place = lm_place_tooth(g->line, angle);
+  m.place = lm_move_tooth(g->line, angle, &m.rate);
   m.lead_rad = lead_of(g, &m.place, angle);
-  m.radius_rate = (after.radius_mm - before.radius_mm) / twice;
-  m.tilt_rate = (after.tilt_sin * before.tilt_cos - after.tilt_cos * before.tilt_sin) / twice;
-  m.lead_rate = (after.lead_rad - before.lead_rad) / twice + g->geometry->lead_per_angle;
+  m.lead_rate = m.rate.lead + g->geometry->lead_per_angle;
   return m;
 }
 
@@ -102,14 +91,14 @@ static swept_point sweep(const motion *m, const lm_flank_foot *foot) {
   const lm_real across = foot->along_mm * s + foot->across_mm * c;
   const lm_real along_u = foot->along_slope * c - foot->across_slope * s;
   const lm_real across_u = foot->along_slope * s + foot->across_slope * c;
-  const lm_real along_phi = m->radius_rate - m->tilt_rate * across;
-  const lm_real across_phi = m->tilt_rate * above;
+  const lm_real along_phi = m->rate.radius_mm - m->rate.tilt * across;
+  const lm_real across_phi = m->rate.tilt * above;
   const lm_real square = along * along + across * across;
   swept_point p;
   p.radius_mm = real_sqrt(square);
   p.radius_u = (along * along_u + across * across_u) / p.radius_mm;
   p.radius_phi = (along * along_phi + across * across_phi) / p.radius_mm;
-  p.theta_rad = real_atan(across / along) + m->lead_rad;
+  p.theta_rad = real_near_atan(across / along) + m->lead_rad;
   p.theta_u = (along * across_u - across * along_u) / square;
   p.theta_phi = (along * across_phi - across * along_phi) / square + m->lead_rate;
   return p;
@@ -325,9 +314,10 @@ static maker scan_radius(const generation *g, lm_real radius) {
       const lm_real angle = SCAN_STEP * LM_REAL(i - SCAN_BEHIND);
       const lm_flank_foot foot = foot_on(g, &g->scan[i], radius, ROUGH_STEPS);
       const lm_placement *p = &g->scan[i];
-      now = real_atan((foot.along_mm * p->tilt_sin + foot.across_mm * p->tilt_cos) /
-                      (p->radius_mm + foot.along_mm * p->tilt_cos - foot.across_mm * p->tilt_sin)) +
-            lead_of(g, p, angle);
+      now =
+          real_near_atan((foot.along_mm * p->tilt_sin + foot.across_mm * p->tilt_cos) /
+                         (p->radius_mm + foot.along_mm * p->tilt_cos - foot.across_mm * p->tilt_sin)) +
+          lead_of(g, p, angle);
     }
     if (real_isfinite(last) && last >= before && last >= now) {
       candidate[candidates] = SCAN_STEP * LM_REAL(i - 1 - SCAN_BEHIND);
@@ -810,21 +800,20 @@ lm_status lm_tabulate_rigid_points(const lm_flank_points *points, const lm_geome
   return LM_OK;
 }
 
-lm_involute_point lm_evaluate_conjugate(const lm_conjugate *conjugate, lm_real radius_mm) {
+lm_real lm_conjugate_half_angle(const lm_conjugate *conjugate, lm_real radius_mm,
+                                lm_real *tangent) {
   const lm_conjugate *c = conjugate;
   const lm_real height = c->top_mm - c->low_mm;
   const lm_real below = (c->top_mm - radius_mm) / height;
   lm_real place = c->place[0];
-  lm_involute_point point;
   lm_real width;
   lm_real x;
   lm_real rest;
+  lm_real rise;
   int low;
-  point.tangent = LM_REAL(0);
-  point.pressure_angle_rad = LM_REAL(0);
+  *tangent = LM_REAL(0);
   if (!(below > place * place * (LM_REAL(1) - LAND_SLACK))) { /* the land: radial */
-    point.half_angle_rad = c->half_angle_rad[0];
-    return point;
+    return c->half_angle_rad[0];
   }
   place = real_sqrt(below);
   /* The nodes are nearly equally spaced. */
@@ -839,13 +828,17 @@ lm_involute_point lm_evaluate_conjugate(const lm_conjugate *conjugate, lm_real r
   width = c->place[low + 1] - c->place[low];
   x = (place - c->place[low]) / width;
   rest = LM_REAL(1) - x;
-  point.half_angle_rad = cubic(width, x, c->half_angle_rad[low], c->slope_low[low],
-                               c->half_angle_rad[low + 1], c->slope_high[low]);
-  point.tangent =
-      (LM_REAL(6) * x * rest * (c->half_angle_rad[low + 1] - c->half_angle_rad[low]) / width +
-       rest * (LM_REAL(1) - LM_REAL(3) * x) * c->slope_low[low] +
-       x * (LM_REAL(1) - LM_REAL(3) * rest) * c->slope_high[low]) *
-      radius_mm / (LM_REAL(2) * height * place);
+  rise = (LM_REAL(6) * x * rest * (c->half_angle_rad[low + 1] - c->half_angle_rad[low]) / width +
+          rest * (LM_REAL(1) - LM_REAL(3) * x) * c->slope_low[low] +
+          x * (LM_REAL(1) - LM_REAL(3) * rest) * c->slope_high[low]);
+  *tangent = rise * radius_mm / (LM_REAL(2) * height * place);
+  return cubic(width, x, c->half_angle_rad[low], c->slope_low[low], c->half_angle_rad[low + 1],
+               c->slope_high[low]);
+}
+
+lm_involute_point lm_evaluate_conjugate(const lm_conjugate *conjugate, lm_real radius_mm) {
+  lm_involute_point point;
+  point.half_angle_rad = lm_conjugate_half_angle(conjugate, radius_mm, &point.tangent);
   point.pressure_angle_rad = real_atan(point.tangent);
   return point;
 }

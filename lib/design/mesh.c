@@ -24,7 +24,9 @@ typedef struct flank_point {
   lm_real radius_slope;
   lm_real gap_rad;
   lm_real gap_slope;
-  lm_real flank_angle_rad;
+  lm_real flank_angle_rad; /* of an involute; of others what touch_corner adds to it */
+  lm_real tangent;         /* of the rigid flank against the radius, */
+  lm_real half_angle_rad;  /* and its half angle, of flanks that are no involutes */
 } flank_point;
 
 lm_involute_point lm_rigid_flank_at(const lm_mesh *mesh, lm_real radius_mm) {
@@ -154,38 +156,94 @@ static flank_point interior_minimum(const flank_pair *pair, const flank_point *l
 /* --- flanks that are no involutes ----------------------------------------------------------------
  */
 
-/* Newton from a first guess, kept between the ends of the flank; the flank is nearly radial, so the
- * error after three steps is rounding. */
-#define RADIUS_STEPS 3
+/* As evaluate_foot; the angle of the flank is found for the nearest point alone. */
+static flank_point general_foot(const flank_pair *pair, const lm_flank_foot *foot) {
+  const lm_placement *p = &pair->place;
+  const lm_real x = pair->side * foot->across_mm;
+  const lm_real dx = pair->side * foot->across_slope;
+  const lm_real along = p->radius_mm + foot->along_mm * p->tilt_cos - x * p->tilt_sin;
+  const lm_real across = foot->along_mm * p->tilt_sin + x * p->tilt_cos;
+  const lm_real d_along = foot->along_slope * p->tilt_cos - dx * p->tilt_sin;
+  const lm_real d_across = foot->along_slope * p->tilt_sin + dx * p->tilt_cos;
+  const lm_real square = along * along + across * across;
+  flank_point point;
+  point.foot_mm = foot->radius_mm;
+  point.radius_mm = real_sqrt(square);
+  point.radius_slope = (along * d_along + across * d_across) / point.radius_mm;
+  if (pair->mesh->rigid_kind != LM_FLANK_INVOLUTE) {
+    point.half_angle_rad =
+        lm_conjugate_half_angle(&pair->mesh->conjugate, point.radius_mm, &point.tangent);
+  } else {
+    const lm_involute_point rigid =
+        lm_evaluate_involute(&pair->mesh->geometry.rigid, point.radius_mm);
+    point.half_angle_rad = rigid.half_angle_rad;
+    point.tangent = rigid.tangent;
+  }
+  point.gap_rad = pair->closing * (point.half_angle_rad -
+                                   pair->side * (real_near_atan(across / along) + pair->lead_rad));
+  point.gap_slope = -pair->closing *
+                    (point.tangent * point.radius_slope * point.radius_mm +
+                     pair->side * (along * d_across - across * d_along)) /
+                    square;
+  point.flank_angle_rad = LM_REAL(0);
+  return point;
+}
 
-static lm_flank_foot foot_on_radius(const flank_pair *pair, lm_real target) {
+static flank_point general_point(const flank_pair *pair, lm_real parameter_mm) {
+  const lm_flank_foot foot = lm_evaluate_flank(&pair->mesh->flank, parameter_mm);
+  return general_foot(pair, &foot);
+}
+
+static lm_real general_angle(const flank_point *point) {
+  return real_atan(point->tangent) - point->half_angle_rad + point->flank_angle_rad;
+}
+
+/* Newton from the chord between both ends of the flank, kept between them. The flank is nearly
+ * radial, so a step shorter than this share of the module leaves rounding. */
+#define RADIUS_STEPS 4
+#if LM_REAL_BITS == 32
+#define RADIUS_END LM_REAL(1e-4)
+#else
+#define RADIUS_END LM_REAL(1e-8)
+#endif
+
+/* Polar radii of both ends of the flank. */
+typedef struct flank_ends {
+  lm_real low_mm;
+  lm_real high_mm;
+} flank_ends;
+
+static lm_flank_foot foot_on_radius(const flank_pair *pair, const flank_ends *at, lm_real target) {
   const lm_flank *flank = &pair->mesh->flank;
   const lm_real c = pair->place.tilt_cos;
   const lm_real s = pair->place.tilt_sin;
-  lm_real parameter = target - pair->place.radius_mm + flank->neutral_mm;
-  lm_flank_foot foot;
+  lm_real parameter = flank->low_mm + (target - at->low_mm) / (at->high_mm - at->low_mm) *
+                                          (flank->high_mm - flank->low_mm);
+  lm_real step = REAL_INFINITY;
   int i;
   for (i = 0;; i++) {
+    lm_flank_foot foot;
     lm_real along;
     lm_real across;
     lm_real radius;
     parameter = parameter < flank->low_mm ? flank->low_mm : parameter;
     parameter = parameter > flank->high_mm ? flank->high_mm : parameter;
     foot = lm_evaluate_flank(flank, parameter);
-    if (i == RADIUS_STEPS) {
+    if (i == RADIUS_STEPS || real_fabs(step) <= RADIUS_END * pair->mesh->geometry.module_mm) {
       return foot;
     }
     place_foot(pair, &foot, &along, &across);
     radius = real_sqrt(along * along + across * across);
-    parameter += (target - radius) * radius /
-                 (along * (foot.along_slope * c - pair->side * foot.across_slope * s) +
-                  across * (foot.along_slope * s + pair->side * foot.across_slope * c));
+    step = (target - radius) * radius /
+           (along * (foot.along_slope * c - pair->side * foot.across_slope * s) +
+            across * (foot.along_slope * s + pair->side * foot.across_slope * c));
+    parameter += step;
   }
 }
 
-static flank_point general_on_radius(const flank_pair *pair, lm_real target) {
-  const lm_flank_foot foot = foot_on_radius(pair, target);
-  return evaluate_foot(pair, &foot);
+static flank_point general_on_radius(const flank_pair *pair, const flank_ends *at, lm_real target) {
+  const lm_flank_foot foot = foot_on_radius(pair, at, target);
+  return general_foot(pair, &foot);
 }
 
 /* Lowest value of the cubic through both ends and slopes of a bracket, by the parabola of the
@@ -200,14 +258,15 @@ static lm_real bracket_floor(const flank_point *low, const flank_point *high) {
 }
 
 /* Within a bracket whose slopes enclose a smooth minimum: the minimum of the cubic through both
- * ends and slopes replaces one of them, until the remaining gain of the parabola is insignificant.
- * Its last gain is added, which gives the minimum the right derivatives by the dimensions of the
- * drive.
+ * ends and slopes, then Newton with the chord of the slopes, until the remaining gain is
+ * insignificant; a step out of the bracket is again that of the cubic. The last gain is added. The
+ * derivatives by the dimensions of the drive are those of the minimum to the share of the last step
+ * times the error of the curvature, so the steps are continued far beyond the accuracy of the value.
  */
 #if LM_REAL_BITS == 32
 #define GAIN_RAD LM_REAL(1e-8)
 #else
-#define GAIN_RAD LM_REAL(1e-14)
+#define GAIN_RAD LM_REAL(1e-19)
 #endif
 #define BRACKET_STEPS 8
 
@@ -216,16 +275,33 @@ static flank_point bracketed_minimum(const flank_pair *pair, const flank_point *
   flank_point a = *low;
   flank_point b = *high;
   flank_point middle;
-  lm_real step;
+  lm_real step = LM_REAL(0);
   int i;
+  middle.foot_mm = LM_REAL(0);
+  middle.gap_slope = LM_REAL(0);
   for (i = 0;; i++) {
-    const lm_real width = b.foot_mm - a.foot_mm;
-    const lm_real bend = LM_REAL(3) * (a.gap_rad - b.gap_rad) / width + a.gap_slope + b.gap_slope;
-    const lm_real root = real_sqrt(bend * bend - a.gap_slope * b.gap_slope);
-    middle = evaluate_flank(pair, b.foot_mm - width * (b.gap_slope + root - bend) /
-                                                  (b.gap_slope - a.gap_slope + LM_REAL(2) * root));
-    step = -middle.gap_slope * width / (LM_REAL(2) * root); /* over the cubic's curvature there */
-    if (i == BRACKET_STEPS || real_fabs(middle.gap_slope * step) <= GAIN_RAD) {
+    const lm_real last_foot = middle.foot_mm;
+    const lm_real last_slope = middle.gap_slope;
+    const lm_real next = last_foot + step;
+    lm_real curvature;
+    if (i > 0 && next > a.foot_mm && next < b.foot_mm) {
+      middle = general_point(pair, next);
+      curvature = (middle.gap_slope - last_slope) / (next - last_foot);
+    } else {
+      const lm_real width = b.foot_mm - a.foot_mm;
+      const lm_real bend = LM_REAL(3) * (a.gap_rad - b.gap_rad) / width + a.gap_slope + b.gap_slope;
+      const lm_real root = real_sqrt(bend * bend - a.gap_slope * b.gap_slope);
+      middle =
+          general_point(pair, b.foot_mm - width * (b.gap_slope + root - bend) /
+                                              (b.gap_slope - a.gap_slope + LM_REAL(2) * root));
+      curvature = LM_REAL(2) * root / width;
+    }
+    step = LM_REAL(0);
+    if (curvature > LM_REAL(0)) {
+      step = -middle.gap_slope / curvature;
+    }
+    if (middle.gap_slope == LM_REAL(0) || i == BRACKET_STEPS ||
+        (curvature > LM_REAL(0) && real_fabs(middle.gap_slope * step) <= GAIN_RAD)) {
       break;
     }
     if (middle.gap_slope < LM_REAL(0)) {
@@ -251,7 +327,7 @@ static flank_point touch_corner(const flank_point *low, const flank_point *high)
   tip.foot_mm += step;
   tip.radius_mm += low->radius_slope * step;
   tip.gap_rad += low->gap_slope * step;
-  tip.flank_angle_rad += share * (high->flank_angle_rad - low->flank_angle_rad);
+  tip.flank_angle_rad += share * (general_angle(high) - general_angle(low));
   return tip;
 }
 
@@ -289,8 +365,8 @@ static int insert_corner(piece_end end[], int count, lm_real foot_mm) {
 
 /* Ends of the pieces of the flexspline's flank by rising parameter: its joints, the points at the
  * corners and the end of a conjugate flank, and its own end. */
-static int list_pieces(const flank_pair *pair, const flank_point *low, const flank_point *high,
-                       piece_end end[]) {
+static int list_pieces(const flank_pair *pair, const flank_ends *at, const flank_point *low,
+                       const flank_point *high, piece_end end[]) {
   const lm_mesh *mesh = pair->mesh;
   const lm_conjugate *rigid = &mesh->conjugate;
   int count = 0;
@@ -302,11 +378,11 @@ static int list_pieces(const flank_pair *pair, const flank_point *low, const fla
   if (mesh->rigid_kind != LM_FLANK_INVOLUTE) {
     for (i = 0; i < rigid->corners; i++) {
       if (rigid->corner_mm[i] > low->radius_mm && rigid->corner_mm[i] < high->radius_mm) {
-        count = insert_corner(end, count, foot_on_radius(pair, rigid->corner_mm[i]).radius_mm);
+        count = insert_corner(end, count, foot_on_radius(pair, at, rigid->corner_mm[i]).radius_mm);
       }
     }
     if (high->radius_mm > rigid->land_mm) {
-      count = insert_corner(end, count, foot_on_radius(pair, rigid->land_mm).radius_mm);
+      count = insert_corner(end, count, foot_on_radius(pair, at, rigid->land_mm).radius_mm);
     }
   }
   end[count].foot_mm = high->foot_mm;
@@ -334,14 +410,14 @@ static int falls_and_rises(const flank_point *low, const flank_point *high) {
 
 /* Both flanks may bend either way, so the gap is sampled along every piece of the flexspline's
  * flank; the lowest sample, the lowest corner, or the lowest minimum that two slopes enclose. */
-static flank_point general_minimum(const flank_pair *pair, const flank_point *low,
-                                   const flank_point *high) {
+static flank_point general_minimum(const flank_pair *pair, const flank_ends *at,
+                                   const flank_point *low, const flank_point *high) {
   const lm_real module = pair->mesh->geometry.module_mm;
   const lm_real aside = ASIDE_MODULES * module;
   descent d;
   flank_point before = *low;
   piece_end end[PIECES_MAX];
-  const int pieces = list_pieces(pair, low, high, end);
+  const int pieces = list_pieces(pair, at, low, high, end);
   int piece;
   int steps;
   int i;
@@ -356,7 +432,7 @@ static flank_point general_minimum(const flank_pair *pair, const flank_point *lo
     steps = to > from ? 1 + (int)((to - from) / (SAMPLE_MODULES * module)) : 0;
     for (i = 1; i <= steps; i++) {
       const flank_point now =
-          evaluate_flank(pair, from + (to - from) * LM_REAL(i) / LM_REAL(steps));
+          general_point(pair, from + (to - from) * LM_REAL(i) / LM_REAL(steps));
       see(&d, &now);
       if (falls_and_rises(&before, &now)) {
         const lm_real lowest = bracket_floor(&before, &now);
@@ -369,7 +445,7 @@ static flank_point general_minimum(const flank_pair *pair, const flank_point *lo
       before = now;
     }
     if (end[piece].is_corner && end[piece].foot_mm + aside < high->foot_mm) {
-      const flank_point beyond = evaluate_flank(pair, end[piece].foot_mm + aside);
+      const flank_point beyond = general_point(pair, end[piece].foot_mm + aside);
       see(&d, &beyond);
       if (falls_and_rises(&before, &beyond)) {
         const flank_point tip = touch_corner(&before, &beyond);
@@ -392,16 +468,18 @@ static int is_involute_pair(const lm_mesh *mesh) {
 
 static lm_gap general_gap(const flank_pair *pair, lm_real at_low, lm_real at_high) {
   const lm_mesh *mesh = pair->mesh;
-  const flank_point low = at_low < mesh->polar_low_mm ? general_on_radius(pair, mesh->polar_low_mm)
-                                                      : evaluate_foot(pair, &mesh->low);
+  const flank_ends at = {at_low, at_high};
+  const flank_point low = at_low < mesh->polar_low_mm
+                              ? general_on_radius(pair, &at, mesh->polar_low_mm)
+                              : general_foot(pair, &mesh->low);
   const flank_point high = at_high > mesh->polar_high_mm
-                               ? general_on_radius(pair, mesh->polar_high_mm)
-                               : evaluate_foot(pair, &mesh->high);
-  const flank_point nearest = general_minimum(pair, &low, &high);
+                               ? general_on_radius(pair, &at, mesh->polar_high_mm)
+                               : general_foot(pair, &mesh->high);
+  const flank_point nearest = general_minimum(pair, &at, &low, &high);
   lm_gap gap;
   gap.gap_rad = nearest.gap_rad;
   gap.radius_mm = nearest.radius_mm;
-  gap.flank_angle_rad = nearest.flank_angle_rad;
+  gap.flank_angle_rad = general_angle(&nearest);
   return gap;
 }
 

@@ -38,6 +38,24 @@
 #endif
 #define real_isfinite(x) isfinite(x)
 #define REAL_INFINITY ((lm_real)INFINITY)
+
+/* The arc tangent by its series where the first term left out, t^15 / 15, is below rounding. The
+ * angles between a point of a tooth and the tooth's axis are so small. */
+#define SERIES_SQUARE_MAX (LM_REAL(1) / LM_REAL(256))
+static inline lm_real real_near_atan(lm_real t) {
+  const lm_real q = t * t;
+  lm_real sum = LM_REAL(1) / LM_REAL(11) - q / LM_REAL(13);
+  if (!(q < SERIES_SQUARE_MAX)) {
+    return real_atan(t);
+  }
+  sum = LM_REAL(1) / LM_REAL(9) - q * sum;
+  sum = LM_REAL(1) / LM_REAL(7) - q * sum;
+  sum = LM_REAL(1) / LM_REAL(5) - q * sum;
+  sum = LM_REAL(1) / LM_REAL(3) - q * sum;
+  return t - t * q * sum;
+}
+#else
+#define real_near_atan real_atan /* one derivative instead of one for every term */
 #endif
 
 #endif

@@ -184,7 +184,7 @@ static void parallel_point(const lm_neutral_line *line, lm_real t, lm_real *x, l
 /* R(p) of the ellipse: Newton on the parameter t, whose difference from p is of order w0/r_m; each
  * round squares the error, so four reach rounding. */
 static void ellipse_radius(const lm_neutral_line *line, lm_real polar, lm_real *radius,
-                           lm_real *slope) {
+                           lm_real *slope, lm_real *parameter) {
   const lm_real c = real_cos(polar);
   const lm_real s = real_sin(polar);
   lm_real t = polar;
@@ -200,19 +200,51 @@ static void ellipse_radius(const lm_neutral_line *line, lm_real polar, lm_real *
   }
   *radius = real_sqrt(x * x + y * y);
   *slope = *radius * (x * tx + y * ty) / (x * ty - y * tx);
+  *parameter = t;
 }
 
 /* R - r_m and dR/dp for 0 <= p <= pi/2. Small quantities are computed directly, for float32. */
 static void rise(const lm_neutral_line *line, lm_real polar, lm_real *above_mm, lm_real *slope_mm) {
   if (line->shape.type == LM_ELLIPSE) {
     lm_real radius;
-    ellipse_radius(line, polar, &radius, slope_mm);
+    lm_real parameter;
+    ellipse_radius(line, polar, &radius, slope_mm, &parameter);
     *above_mm = radius - line->radius_mm;
   } else {
     const lm_wave wave = wave_in_quadrant(&line->shape, polar);
     const lm_real scale = line->deflection_mm - line->offset_mm;
     *above_mm = line->sense * (scale * wave.radial + line->offset_mm);
     *slope_mm = line->sense * scale * wave.slope;
+  }
+}
+
+/* The same with the curvature of the line, 1/mm. That of a parallel curve is k / (1 + d k). */
+static void bend(const lm_neutral_line *line, lm_real polar, lm_real *above_mm, lm_real *slope_mm,
+                 lm_real *curvature) {
+  lm_real radius;
+  if (line->shape.type == LM_ELLIPSE) {
+    const lm_real a = line->along_mm;
+    const lm_real b = line->across_mm;
+    lm_real t;
+    lm_real as;
+    lm_real bc;
+    lm_real square;
+    ellipse_radius(line, polar, &radius, slope_mm, &t);
+    *above_mm = radius - line->radius_mm;
+    as = a * real_sin(t);
+    bc = b * real_cos(t);
+    square = as * as + bc * bc;
+    *curvature = a * b / (square * real_sqrt(square) + line->parallel_mm * a * b);
+  } else {
+    const lm_wave wave = wave_in_quadrant(&line->shape, polar);
+    const lm_real scale = line->sense * (line->deflection_mm - line->offset_mm);
+    lm_real square;
+    *above_mm = scale * wave.radial + line->sense * line->offset_mm;
+    *slope_mm = scale * wave.slope;
+    radius = line->radius_mm + *above_mm;
+    square = radius * radius + *slope_mm * *slope_mm;
+    *curvature = (square + *slope_mm * *slope_mm + radius * scale * (wave.curvature + wave.radial)) /
+                 (square * real_sqrt(square));
   }
 }
 
@@ -390,19 +422,39 @@ static lm_real interpolate_lead(const lm_neutral_line *line, lm_real angle) {
               rest * step * line->lead_slope[i + 1]);
 }
 
+static lm_placement place_on(lm_real side, lm_real lead, lm_real radius, lm_real slope) {
+  const lm_real norm = real_sqrt(radius * radius + slope * slope);
+  lm_placement place;
+  place.lead_rad = side * lead;
+  place.radius_mm = radius;
+  place.tilt_cos = radius / norm;
+  place.tilt_sin = -side * slope / norm;
+  return place;
+}
+
 lm_placement lm_place_tooth(const lm_neutral_line *line, lm_real angle_rad) {
   const lm_real angle = fold_half_turn(angle_rad);
   const lm_real side = angle < LM_REAL(0) ? LM_REAL(-1) : LM_REAL(1);
   const lm_real lead = interpolate_lead(line, side * angle);
-  lm_placement place;
   lm_real above;
   lm_real slope;
-  lm_real norm;
   rise(line, side * angle + lead, &above, &slope);
-  place.lead_rad = side * lead;
-  place.radius_mm = line->radius_mm + above;
-  norm = real_sqrt(place.radius_mm * place.radius_mm + slope * slope);
-  place.tilt_cos = place.radius_mm / norm;
-  place.tilt_sin = -side * slope / norm;
-  return place;
+  return place_on(side, lead, line->radius_mm + above, slope);
+}
+
+lm_placement lm_move_tooth(const lm_neutral_line *line, lm_real angle_rad,
+                           lm_placement_rate *rate) {
+  const lm_real angle = fold_half_turn(angle_rad);
+  const lm_real side = angle < LM_REAL(0) ? LM_REAL(-1) : LM_REAL(1);
+  const lm_real lead = interpolate_lead(line, side * angle);
+  lm_real above;
+  lm_real slope;
+  lm_real curvature;
+  lm_real excess;
+  bend(line, side * angle + lead, &above, &slope, &curvature);
+  excess = excess_length(line, above, slope);
+  rate->lead = -excess / (line->radius_mm + excess);
+  rate->radius_mm = side * slope * (LM_REAL(1) + rate->lead);
+  rate->tilt = line->radius_mm * curvature - (LM_REAL(1) + rate->lead);
+  return place_on(side, lead, line->radius_mm + above, slope);
 }

@@ -102,6 +102,17 @@ void lm_neutral_radius(const lm_neutral_line *line, lm_real polar_rad, lm_real *
 /* Place the tooth whose material angle (undeformed, from the deformation axis) is angle_rad. */
 lm_placement lm_place_tooth(const lm_neutral_line *line, lm_real angle_rad);
 
+/* Derivatives of a placement by the material angle: the foot moves along the line by r_m per
+ * radian, and the axis turns with the line's curvature. */
+typedef struct lm_placement_rate {
+  lm_real lead;
+  lm_real radius_mm;
+  lm_real tilt;
+} lm_placement_rate;
+
+/* The same placement, and its derivatives. */
+lm_placement lm_move_tooth(const lm_neutral_line *line, lm_real angle_rad, lm_placement_rate *rate);
+
 LM_END_DECLS
 
 #endif
