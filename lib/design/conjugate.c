@@ -197,8 +197,8 @@ static maker tip_on(const generation *g, lm_real angle, lm_real radius, lm_real 
     angle += (radius - p.radius_mm) / p.radius_phi;
   }
   found.angle = angle;
-  found.theta = p.theta_rad;
   found.slope = p.theta_phi / p.radius_phi;
+  found.theta = p.theta_rad + found.slope * (radius - p.radius_mm);
   found.bend = LM_REAL(0);
   found.foot_mm = g->tip.radius_mm;
   found.part = LM_PART_TIP;
