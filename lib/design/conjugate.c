@@ -10,7 +10,7 @@
 #define CLIMB_END LM_REAL(1e-3)
 #define LAND_SLACK LM_REAL(1e-3)
 #else
-#define CLIMB_END LM_REAL(1e-9)
+#define CLIMB_END LM_REAL(1e-12)
 #define LAND_SLACK LM_REAL(1e-7)
 #endif
 
@@ -454,9 +454,92 @@ static lm_real to_crossing(const lm_conjugate *c, const corner *at) {
          (by_place(c, &at->before, at->place) - by_place(c, &at->after, at->place));
 }
 
+/* The chord of the last two positions, within a bracket; the flank is smooth, so the error after
+ * the last step is rounding. */
+#define JOINT_STEPS 12
+#if LM_REAL_BITS == 32
+#define JOINT_END LM_REAL(1e-4)
+#else
+#define JOINT_END LM_REAL(1e-9)
+#endif
+
+/* Where a joint of the flank passes between two neighbouring pieces of one zone: the angle at which
+ * the joint itself generates the flank. 0 if it does not between the last node and `b_place`. */
+static int find_joint(const draft *d, const maker *a, const maker *b, lm_real b_place,
+                      lm_real margin, corner *at) {
+  const lm_conjugate *c = &d->table;
+  const lm_flank *flank = d->g->flank;
+  const int lower = a->piece < b->piece ? a->piece : b->piece;
+  lm_flank_foot foot;
+  swept_point p;
+  lm_real low = a->angle;
+  lm_real high = b->angle;
+  lm_real angle;
+  lm_real step;
+  lm_real last_angle = LM_REAL(0);
+  lm_real last = LM_REAL(0);
+  int rises; /* from low to high */
+  int i;
+  if (a->part != LM_PART_FLANK || b->part != LM_PART_FLANK ||
+      (a->piece - b->piece) * (a->piece - b->piece) != 1 ||
+      !(real_fabs(a->angle - b->angle) < SAME_ZONE)) {
+    return 0;
+  }
+  foot = lm_evaluate_flank(flank, flank->joint_mm[lower]);
+  angle = low + (foot.radius_mm - a->foot_mm) / (b->foot_mm - a->foot_mm) * (high - low);
+  {
+    const motion from = move_tooth(d->g, low);
+    const motion to = move_tooth(d->g, high);
+    const swept_point first = sweep(&from, &foot);
+    const swept_point end = sweep(&to, &foot);
+    last = along_radius(&first);
+    rises = along_radius(&end) > last;
+    last_angle = low;
+    if ((along_radius(&end) > LM_REAL(0)) == (last > LM_REAL(0))) {
+      return 0;
+    }
+  }
+  step = high - low;
+  for (i = 0;; i++) {
+    const motion m = move_tooth(d->g, angle);
+    lm_real now;
+    lm_real next;
+    p = sweep(&m, &foot);
+    now = along_radius(&p);
+    if (i == JOINT_STEPS || real_fabs(step) <= JOINT_END) {
+      break;
+    }
+    if ((now > LM_REAL(0)) == rises) {
+      high = angle;
+    } else {
+      low = angle;
+    }
+    next = angle - now * (angle - last_angle) / (now - last);
+    if (!((next > low) == (next < high))) { /* out of the bracket */
+      next = (low + high) / LM_REAL(2);
+    }
+    step = next - angle;
+    last_angle = angle;
+    last = now;
+    angle = next;
+  }
+  at->place = real_sqrt((c->top_mm - p.radius_mm) / (c->top_mm - c->low_mm));
+  if (!(at->place > last_place(d) + margin && at->place < b_place - margin)) {
+    return 0;
+  }
+  at->before = *a;
+  at->before.angle = angle;
+  at->before.theta = p.theta_rad;
+  at->before.slope = p.theta_u / p.radius_u;
+  at->before.foot_mm = foot.radius_mm;
+  at->after = at->before;
+  at->after.bend = b->bend;
+  at->after.piece = b->piece;
+  return 1;
+}
+
 /* Between the last node and another one. Two zones, or the tip and the flank, have each a maximum
- * on both sides of the corner: Newton on the difference of both. If a joint of the flank passes,
- * there is one maximum, and the position is found by bisection. */
+ * on both sides of the corner: Newton on the difference of both. */
 static corner find_corner(const draft *d, const maker *b, lm_real b_place) {
   const lm_conjugate *c = &d->table;
   const lm_real margin = CORNER_MARGIN * (b_place - last_place(d));
@@ -466,6 +549,9 @@ static corner find_corner(const draft *d, const maker *b, lm_real b_place) {
   int i;
   side[0].place = last_place(d);
   side[0].before = last_node(d);
+  if (find_joint(d, &side[0].before, b, b_place, margin, &at)) {
+    return at;
+  }
   side[1].place = b_place;
   side[1].after = *b;
   next = (side[0].place + side[1].place) / LM_REAL(2);
@@ -485,9 +571,10 @@ static corner find_corner(const draft *d, const maker *b, lm_real b_place) {
       next += to_crossing(c, &at);
       if (real_fabs(next - at.place) < CORNER_SHARE && next > last_place(d) + margin &&
           next < b_place - margin) {
-        at.before.theta += by_place(c, &at.before, at.place) * (next - at.place);
-        at.after.theta = at.before.theta;
         at.place = next;
+        at.before = climb(d->g, at.before.angle, radius_at(c, next), at.before.bend);
+        at.after = climb(d->g, at.after.angle, radius_at(c, next), at.after.bend);
+        at.after.theta = at.before.theta;
         return at;
       }
     }

@@ -316,13 +316,10 @@ static flank_point bracketed_minimum(const flank_pair *pair, const flank_point *
   return middle;
 }
 
-/* Contact at a corner of the rigid flank, where its tangents on both sides cross. In contact it has
+/* Contact at a corner of the rigid flank, a known step above the lower sample. In contact it has
  * the direction of the flank that it touches, between those of its sides. */
-static flank_point touch_corner(const flank_point *low, const flank_point *high) {
-  const lm_real turn = low->gap_slope - high->gap_slope;
-  const lm_real share = low->gap_slope / turn;
-  const lm_real step =
-      (high->gap_rad - low->gap_rad - high->gap_slope * (high->foot_mm - low->foot_mm)) / turn;
+static flank_point touch_corner(const flank_point *low, const flank_point *high, lm_real step) {
+  const lm_real share = low->gap_slope / (low->gap_slope - high->gap_slope);
   flank_point tip = *low;
   tip.foot_mm += step;
   tip.radius_mm += low->radius_slope * step;
@@ -448,7 +445,7 @@ static flank_point general_minimum(const flank_pair *pair, const flank_ends *at,
       const flank_point beyond = general_point(pair, end[piece].foot_mm + aside);
       see(&d, &beyond);
       if (falls_and_rises(&before, &beyond)) {
-        const flank_point tip = touch_corner(&before, &beyond);
+        const flank_point tip = touch_corner(&before, &beyond, end[piece].foot_mm - before.foot_mm);
         see(&d, &tip);
       }
       before = beyond;

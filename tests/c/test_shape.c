@@ -607,6 +607,38 @@ static void the_line_runs_parallel_to_the_cam(void) {
   }
 }
 
+/* The rates of a moving tooth against differences of fourth order of its placement. */
+static void a_moving_tooth_has_the_rates_of_its_placements(void) {
+  const double h = 2e-3;
+  int k;
+  int i;
+  for (k = 0; k < KINDS; k++) {
+    make(&kinds[k]);
+    make_line(kinds[k].type == LM_RING ? LM_EXTERNAL : LM_INTERNAL, 25, 0.25);
+    for (i = -8; i <= 8; i++) {
+      const double at = 0.17 * i + 0.03; /* not at the end of a contact: the shear jumps there */
+      const lm_placement here = lm_place_tooth(&line, LM_REAL(at));
+      lm_placement_rate rate;
+      const lm_placement moved = lm_move_tooth(&line, LM_REAL(at), &rate);
+      lm_placement near[4];
+      double tilt[4];
+      int j;
+      TEST_ASSERT_EQUAL_MEMORY(&here, &moved, sizeof here);
+      for (j = 0; j < 4; j++) {
+        near[j] = lm_place_tooth(&line, LM_REAL(at + h * (j < 2 ? j - 2 : j - 1)));
+        tilt[j] = atan2((double)near[j].tilt_sin, (double)near[j].tilt_cos);
+      }
+#define RATE(of) ((of(0) - of(3) + 8 * (of(2) - of(1))) / (12 * h))
+#define LEAD_OF(j) (double)near[j].lead_rad
+#define RADIUS_OF(j) (double)near[j].radius_mm
+#define TILT_OF(j) tilt[j]
+      ASSERT_NEAR(BOUND(2e-7, 2e-4), RATE(LEAD_OF), rate.lead);
+      ASSERT_NEAR(BOUND(1e-7, 1e-2), RATE(RADIUS_OF), rate.radius_mm);
+      ASSERT_NEAR(BOUND(2e-7, 2e-4), RATE(TILT_OF), rate.tilt);
+    }
+  }
+}
+
 /* Any finite angle has an entry in the table. */
 static void teeth_are_placed_at_any_angle(void) {
   int k;
@@ -686,6 +718,7 @@ int main(void) {
   RUN_TEST(a_larger_ring_has_the_same_angles);
   RUN_TEST(the_ellipse_leaves_the_cosine_as_printed);
   RUN_TEST(the_line_runs_parallel_to_the_cam);
+  RUN_TEST(a_moving_tooth_has_the_rates_of_its_placements);
   RUN_TEST(teeth_are_placed_at_any_angle);
   RUN_TEST(neutral_lines_refuse_nonsense_and_write_nothing);
   return UNITY_END();
