@@ -340,9 +340,15 @@ def line_faults() -> list[Fault]:
     )
     doubled = "the same rows twice: a slip, to be left out or refused"
     again = "twice|duplicate|repeat|again|same|split|identical"
-    add("the file behind itself", whole + whole[1:], again, expected=EITHER, reason=doubled)
     add(
-        "the file behind itself with its names",
+        "the file twice, without the second header",
+        whole + whole[1:],
+        again,
+        expected=EITHER,
+        reason=doubled,
+    )
+    add(
+        "the file twice, with both headers",
         whole + whole,
         again,
         expected=EITHER,

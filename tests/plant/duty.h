@@ -16,7 +16,7 @@ typedef struct misuse {
 /* Runs for hours of duty, or until the first fade where `until_caught`. Returns the number of times
  * that the correction began to fade; *first_s: seconds to the first, -1 for none, of duty or, where
  * `until_caught`, since the drive's lost motion first was twice misfit_rad: at rest before that the
- * correction does no harm, and there is nothing to find. */
+ * correction causes no error, and there is nothing to find. */
 long run_duty(const lm_parameters *parameters, double hours, misuse wrong, int until_caught,
               unsigned seed, double *first_s);
 
