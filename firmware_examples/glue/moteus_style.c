@@ -75,7 +75,7 @@ float servo_interrupt(servo *drive, const servo_command *command) {
 
   /* The torque of the load on the output is minus the torque that the drive produces for it, or
    * minus that of a brake while the motor is stopped (without a brake it would then be zero). The
-   * model steps in every mode, so that a stop loses nothing, and the reported angle follows the
+   * model steps in every mode, so that a stop keeps its state, and the reported angle follows the
    * output.
    */
   at.torque_Nm = -command->feedforward_torque_Nm;

@@ -458,7 +458,7 @@ def clearances_by_phase(geo: Mapping[str, Any], line: Mapping[str, Any]) -> dict
 
 
 def _middle_phase(gaps: Mapping[str, Array]) -> dict[str, Array]:
-    """Give the teeth of `clearances_by_phase` of the phase with a tooth on the axis."""
+    """Select the phase of `clearances_by_phase` with a tooth on the axis."""
     first = gaps["angle"].size // 2 % PHASES
     return {key: v[first::PHASES] for key, v in gaps.items()}
 

@@ -205,7 +205,7 @@ static void springs_carry_the_torque_that_was_asked(void) {
   }
 }
 
-/* Eq (1) emerges: at the torque of an event the rotation is the next gap, for any stiffnesses.
+/* Eq (1) results: at the torque of an event the rotation is the next gap, for any stiffnesses.
  */
 static void at_an_event_the_rotation_is_the_next_gap(void) {
   lm_spring springs[12];

@@ -209,7 +209,7 @@ def test_scatter_between_repeats_belongs_to_the_noise_floor() -> None:
     data = campaign()
     random = np.random.default_rng(5)
     for run in data.runs:
-        # Stiffness scatters by 3 % from run to run: no model of the shared columns can know that.
+        # Stiffness scatters by 3 % from run to run: no model of the shared columns can describe that.
         run.columns["lost_motion"] = run.lost_motion_rad + random.normal(0, 0.03) * torsion_curve()(
             run.torque_Nm
         )
