@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -57,16 +57,20 @@ class LargestModel:
         parts = [side_by_side(fixed, scatter[:, :3]), *blocks]
         ends = np.cumsum([0, *(part.shape[1] for part in parts)])
         places = [slice(a, b) for a, b in pairwise(ends.tolist())]
-        square, along = centred_products(base.conditions, parts, residual)
+        width = int(ends[-1])
+        square, along = np.zeros((width, width)), np.zeros(width)
+        for at, piece in centred_pieces(base.conditions, parts):
+            square += piece @ piece.T
+            along += piece @ residual[at]
         norm = np.sqrt(np.diag(square))
         norm[norm == 0] = 1.0
         normal = square / np.outer(norm, norm)
         normal[np.diag_indices_from(normal)] += CALM_RIDGE
         step = np.linalg.solve(normal, along / norm) / norm
-        rest = residual.copy()
-        for part, place in zip(parts, places, strict=True):
-            rest -= part @ step[place]
-        rest = base.conditions.centred(rest)
+        rest = base.conditions.centred(residual)
+        # A column that is constant in every run has only rounding left: its step is huge.
+        for at, piece in centred_pieces(base.conditions, parts):
+            rest[at] -= step @ piece
         return cls(base, rest, normal, norm, places)
 
     def noise(self) -> Noise:
@@ -114,25 +118,21 @@ class LargestModel:
         return left / whole if whole > 0.0 else 1.0
 
 
-def centred_products(
-    c: Conditions, parts: Sequence[FloatArray], residual: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Gram matrix of columns centred by run, and their products with a residual.
+def centred_pieces(
+    c: Conditions, parts: Sequence[FloatArray]
+) -> Iterator[tuple[slice, FloatArray]]:
+    """Columns centred by run, transposed, some rows at a time.
 
     The columns are never in memory together: they would be several times the recordings.
     """
     means = np.concatenate([c.run_mean(part).T for part in parts])
-    width = means.shape[0]
-    square, along = np.zeros((width, width)), np.zeros(width)
-    room = np.empty((width, min(ROWS_AT_ONCE, c.rows)))
+    room = np.empty((means.shape[0], min(ROWS_AT_ONCE, c.rows)))
     for first in range(0, c.rows, ROWS_AT_ONCE):
         at = slice(first, min(first + ROWS_AT_ONCE, c.rows))
         piece = room[:, : at.stop - first]
         np.concatenate([part[at].T for part in parts], out=piece)
         piece -= means[:, c.run_of[at]]
-        square += piece @ piece.T
-        along += piece @ residual[at]
-    return square, along
+        yield at, piece
 
 
 def estimate_noise(base: BaselineModel, blocks: Sequence[FloatArray]) -> Noise:
