@@ -106,26 +106,31 @@ def settle(base: BaselineModel, noise: Noise, rounds: int = ROUNDS) -> Settled:
     """
     current = base.copy()
     current.noise_arcsec = noise_rms(noise, base)
+    misfit = Misfit(current, noise)
+    residual = current.residual()
     best = contest_at(current, noise)
-    objective = objective_at(current, best, noise)
-    least_rms = plain_rms(current)
+    objective = objective_at(misfit, current, residual, best)
+    least_rms = rms_arcsec(residual)
     for _ in range(rounds):
-        moved = move(current, best, noise)
-        if moved is None or plain_rms(moved) >= rules.WORSE * least_rms:
+        found = move(misfit, current, residual, best)
+        if found is None or rms_arcsec(found[1]) >= rules.WORSE * least_rms:
             break
+        moved, residual = found
         contest = contest_at(moved, noise, best)
-        value = objective_at(moved, contest, noise)
+        value = objective_at(misfit, moved, residual, contest)
         if value >= objective:
             break
         fall = objective - value
         current, best, objective = moved, contest, value
-        least_rms = min(least_rms, plain_rms(current))
+        least_rms = min(least_rms, rms_arcsec(residual))
         if fall < SETTLED:
             break
     return Settled(current, best, noise)
 
 
-def objective_at(base: BaselineModel, contest: Contest, noise: Noise) -> float:
+def objective_at(
+    misfit: Misfit, base: BaselineModel, residual: FloatArray, contest: Contest
+) -> float:
     """Minus the restricted log likelihood of a model at its deviations, nats and a constant.
 
     With the misfit of the model: that of its linearisation is too low far from the deviations at
@@ -133,52 +138,74 @@ def objective_at(base: BaselineModel, contest: Contest, noise: Noise) -> float:
     """
     matrix = contest.null.matrix.sum(axis=0)
     linear = 0.5 * float(matrix[-1, -1] - matrix[:-1, -1] @ contest.null_step())
-    return contest.null_objective - linear + misfit(base, contest, noise)
+    return contest.null_objective - linear + misfit(base, residual, contest)
 
 
-def move(current: BaselineModel, contest: Contest, noise: Noise) -> BaselineModel | None:
-    """Move a model by the part of a Gauss-Newton step that lowers its misfit, if any."""
+def move(
+    misfit: Misfit, current: BaselineModel, residual: FloatArray, contest: Contest
+) -> tuple[BaselineModel, FloatArray] | None:
+    """Move a model by the part of a Gauss-Newton step that lowers its misfit, if any.
+
+    Returns the model with its residual.
+    """
     step, own = bounded_step(current, contest)
-    before = misfit(current, contest, noise)
+    before = misfit(current, residual, contest)
     for share, own_share in MOVES:
         moved = current.copy()
         take_step(moved, contest.evidence.scale, step, own, share, own_share)
-        if misfit(moved, contest, noise) < before:
-            return moved
+        rest = moved.residual()
+        if misfit(moved, rest, contest) < before:
+            return moved, rest
     return None
 
 
-def misfit(base: BaselineModel, contest: Contest, noise: Noise) -> float:
-    """Minus the log likelihood of a model at its deviations, and of these, nats and a constant.
+class Misfit:
+    """Minus the log likelihood of models at their deviations, nats and a constant.
 
-    At the variances of a contest; the offset of each run has its best value.
+    The models share recordings, noise and form error, which are whitened once.
     """
-    e = contest.evidence
-    variance = contest.null_omega / e.scale[e.scatter] ** 2
-    residual = base.residual()
-    total = float(np.sum(base.deviations**2 / variance[: len(DEVIATIONS)]))
-    starts = base.conditions.starts
-    white, begins = noise.whiten_runs(residual, starts)
-    level, _ = noise.whiten_runs(np.ones_like(residual), starts)
-    square, cross, ones = (
-        np.add.reduceat(product, begins) for product in (white**2, white * level, level**2)
-    )
-    free = ones + 1.0 / variance[-1]
-    total += float(np.sum(square - cross**2 / free))
-    error = base.form_error
-    if error is not None:
-        runs = enumerate(base.conditions.slices())
-        form = np.concatenate([noise.whiten(error.columns[at], run) for run, at in runs])
-        offsets = np.add.reduceat(form * level[:, None], begins)
-        normal = np.diag(error.precision) + form.T @ form - (offsets.T / free) @ offsets
-        along = form.T @ white - offsets.T @ (cross / free)
-        total -= float(along @ np.linalg.solve(normal, along))
-    return 0.5 * total
+
+    def __init__(self, base: BaselineModel, noise: Noise) -> None:
+        c, error = base.conditions, base.form_error
+        self.noise, self.starts = noise, c.starts
+        self.level, self.begins = noise.whiten_runs(np.ones(c.rows), c.starts)
+        self.ones = np.add.reduceat(self.level**2, self.begins)
+        self.form = np.zeros((self.level.size, 0))
+        precision = np.zeros(0)
+        if error is not None:
+            runs = enumerate(c.slices())
+            whitened = [noise.whiten(error.columns[at], run) for run, at in runs]
+            self.form, precision = np.concatenate(whitened), error.precision
+        self.offsets = np.add.reduceat(self.form * self.level[:, None], self.begins)
+        self.normal = np.diag(precision) + self.form.T @ self.form
+
+    def __call__(self, base: BaselineModel, residual: FloatArray, contest: Contest) -> float:
+        """Misfit of a model of this residual and of its deviations, at a contest's variances.
+
+        The offset of each run and the form error have their best values.
+        """
+        e = contest.evidence
+        variance = contest.null_omega / e.scale[e.scatter] ** 2
+        total = float(np.sum(base.deviations**2 / variance[: len(DEVIATIONS)]))
+        white, _ = self.noise.whiten_runs(residual, self.starts)
+        square, cross = (
+            np.add.reduceat(product, self.begins) for product in (white**2, white * self.level)
+        )
+        free = self.ones + 1.0 / variance[-1]
+        total += float(np.sum(square - cross**2 / free))
+        normal = self.normal - (self.offsets.T / free) @ self.offsets
+        along = self.form.T @ white - self.offsets.T @ (cross / free)
+        return 0.5 * (total - float(along @ np.linalg.solve(normal, along)))
 
 
 def plain_rms(base: BaselineModel) -> float:
     """Root mean square of the residual, arc seconds."""
-    return float(np.sqrt(np.mean(base.residual() ** 2)))
+    return rms_arcsec(base.residual())
+
+
+def rms_arcsec(values: FloatArray) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(values**2)))
 
 
 def contest_at(base: BaselineModel, noise: Noise, near: Contest | None = None) -> Contest:
