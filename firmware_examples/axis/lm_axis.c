@@ -17,14 +17,28 @@ lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_saved
   a->state = status == LM_OK ? LM_AXIS_OPEN : LM_AXIS_OFF;
   a->standstill.ticks = 0;
   a->stood_s = 0;
+  a->rang = 0;
   a->zero_rad = 0;
   a->command_rad = lm_axis_reported(a, motor_rad);
   return status;
 }
 
+/* With the loop open the correction moves nothing. What looks like ringing then is the load that
+ * swings against the brake. */
+static void judge_ringing(lm_axis *a) {
+  const int rings = (a->correction.status & LM_STATE_RINGING) != 0;
+  if (a->state == LM_AXIS_CLOSED) {
+    a->rang = rings;
+  } else if (rings && !a->rang) {
+    lm_set_mode(&a->compensator, LM_MODE_RESET);
+    lm_set_mode(&a->compensator, LM_MODE_RUN);
+  }
+}
+
 float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_rad, float wish_rad) {
   a->correction = lm_step_compensator(&a->compensator, at);
   a->stood_s = lm_find_standstill(&a->compensator, &a->standstill);
+  judge_ringing(a);
   if (a->state != LM_AXIS_CLOSED) {
     a->command_rad = lm_axis_reported(a, motor_rad);
     return motor_rad; /* no position error */

@@ -23,6 +23,7 @@ typedef struct lm_axis {
   float stood_s;
   float zero_rad;    /* zero of the output angle, from homing */
   float command_rad; /* commanded output angle; while the loop is open, the reported one */
+  int rang;          /* LM_STATE_RINGING was set while the loop was closed */
 } lm_axis;
 
 /* at: torque on the output, and whatever else the parameters need; motor_rad: motor angle / signed

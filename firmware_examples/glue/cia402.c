@@ -25,6 +25,13 @@ static lm_status refuse(lm_fault *fault, lm_status status, const char *input, fl
   return status;
 }
 
+/* A loop on the output corrects the lost motion itself: an offset would shift the output. */
+static int32_t find_offset(const cia402_axis *axis) {
+  return axis->drive.output_loop
+             ? 0
+             : to_increments(axis->correction.correction_rad * axis->increments_per_rad);
+}
+
 static float period_of(const cia402_drive *drive) {
   float period_s = (float)drive->period_value;
   int32_t i;
@@ -35,8 +42,8 @@ static float period_of(const cia402_drive *drive) {
 }
 
 lm_status cia402_start(cia402_axis *axis, const cia402_drive *drive,
-                       const lm_parameters *parameters, const lm_saved *kept,
-                       const lm_conditions *at, const cia402_input *in, lm_fault *fault) {
+                       const lm_parameters *parameters, lm_saved *kept, const lm_conditions *at,
+                       const cia402_input *in, lm_fault *fault) {
   lm_status status;
   float period_s = period_of(drive);
   float size = drive->ratio < 0 ? -drive->ratio : drive->ratio;
@@ -63,13 +70,13 @@ lm_status cia402_start(cia402_axis *axis, const cia402_drive *drive,
   }
   if (kept) {
     (void)lm_restore_compensator(&axis->compensator, kept, 0); /* refused: history unknown */
+    kept->format = 0;
   }
   axis->drive = *drive;
   axis->increments_per_rad = (float)drive->increments_per_rev * drive->ratio / TURN_RAD;
   /* The drive is off: the correction settles before the loop closes on it. */
   axis->correction = lm_settle_compensator(&axis->compensator, at);
-  axis->sent.position_offset =
-      to_increments(axis->correction.correction_rad * axis->increments_per_rad);
+  axis->sent.position_offset = find_offset(axis);
   axis->command_rad = cia402_reported(axis, in);
   return LM_OK;
 }
@@ -86,10 +93,35 @@ float cia402_reported(const cia402_axis *axis, const cia402_input *in) {
   return axis->zero_rad + (float)output_increments(axis, in) / axis->increments_per_rad;
 }
 
-void cia402_reference(cia402_axis *axis, const cia402_input *in, float angle_rad) {
+float cia402_reference(cia402_axis *axis, const cia402_input *in, float angle_rad) {
   const float shift_rad = angle_rad - cia402_reported(axis, in);
+  const float late_rad = axis->correction.correction_rad + axis->correction.lost_motion_rad;
   axis->zero_rad += shift_rad;
   axis->command_rad += shift_rad;
+  if (axis->drive.output_loop) {
+    return 0;
+  }
+  return (late_rad < 0 ? -late_rad : late_rad) + lm_bound_uncertainty(&axis->compensator);
+}
+
+/* With the loop open the correction moves nothing. What looks like ringing then is the load that
+ * swings against the brake. */
+static void judge_ringing(cia402_axis *axis, int enabled) {
+  const int rings = (axis->correction.status & LM_STATE_RINGING) != 0;
+  if (enabled) {
+    axis->rang = rings;
+  } else if (rings && !axis->rang) {
+    lm_set_mode(&axis->compensator, LM_MODE_RESET);
+    lm_set_mode(&axis->compensator, LM_MODE_RUN);
+  }
+}
+
+/* Time for which the correction has stood since the drive was enabled last. */
+static void find_stood(cia402_axis *axis, int enabled) {
+  if (enabled) {
+    axis->standstill.ticks = 0;
+  }
+  axis->stood_s = lm_find_standstill(&axis->compensator, &axis->standstill);
 }
 
 /* Steps through the drive's states, one per cycle. */
@@ -114,9 +146,12 @@ cia402_output cia402_cycle(cia402_axis *axis, const cia402_input *in, const lm_c
   float reported_rad = cia402_reported(axis, in);
   int32_t standing = output_increments(axis, in);
   axis->correction = lm_step_compensator(&axis->compensator, at);
-  axis->sent.controlword = controlword(in->statusword, enable);
-  axis->sent.position_offset =
-      to_increments(axis->correction.correction_rad * axis->increments_per_rad);
+  judge_ringing(axis, enabled);
+  find_stood(axis, enabled);
+  axis->sent.controlword = controlword(
+      in->statusword,
+      enable && (enabled || axis->drive.output_loop || axis->stood_s >= CIA402_STAND_S));
+  axis->sent.position_offset = find_offset(axis);
   axis->sent.velocity_offset =
       enabled ? to_increments(axis->correction.velocity_rad_s * axis->increments_per_rad) : 0;
   if (enabled && enable) {

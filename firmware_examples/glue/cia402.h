@@ -45,11 +45,14 @@
 
 /* Configuration of the drive. */
 typedef struct cia402_drive {
-  uint32_t increments_per_rev; /* 0x608F, of the motor, at least 1 */
-  float ratio;                 /* signed: motor turns per output turn */
+  uint32_t increments_per_rev; /* 0x608F, of the motor, at least 1; output_loop: of the encoder at
+                                  the output */
+  float ratio;                 /* signed: motor turns per output turn; output_loop: 1, or -1 */
   uint8_t period_value;        /* 0x60C2:01 */
   int8_t period_exponent;      /* 0x60C2:02, -6 to 0: seconds are value * 10^exponent */
   int32_t reports_offset;      /* 1: 0x6064 includes the offset; 0: it does not */
+  int32_t output_loop; /* 1: the drive closes its position loop on an encoder at the output. Only
+                          the velocity offset is sent, 0x60B0 remains 0 */
 } cia402_drive;
 
 /* Process data of one cycle. */
@@ -72,28 +75,38 @@ typedef struct cia402_axis {
   float increments_per_rad; /* of the output, signed */
   float zero_rad;           /* output angle at position_actual zero, from homing */
   float command_rad;        /* commanded output angle; the reported angle while the loop is open */
+  lm_standstill standstill; /* of the correction, while the drive is not enabled */
+  float stood_s;
+  int32_t rang; /* LM_STATE_RINGING was set while the drive was enabled */
   cia402_output sent;
 } cia402_axis;
 
 /* Power-up: the drive is not enabled and has reported its position. Checks the parameters, and
- * that the sync period is theirs. kept: the history of the last power-down, or null.
- * LM_OUT_OF_RANGE
+ * that the sync period is theirs. kept: the history of the last power-down, or null. It is used up:
+ * write *kept back to its memory before the drive is enabled, so that a later reset does not
+ * restore it again. LM_OUT_OF_RANGE
  * ("increments_per_rev", "ratio", "period_exponent"), LM_INCONSISTENT ("period_s"), those of
  * lm_start_compensator. */
 lm_status cia402_start(cia402_axis *axis, const cia402_drive *drive,
-                       const lm_parameters *parameters, const lm_saved *kept,
-                       const lm_conditions *at, const cia402_input *in, lm_fault *fault);
+                       const lm_parameters *parameters, lm_saved *kept, const lm_conditions *at,
+                       const cia402_input *in, lm_fault *fault);
 
-/* One sync period. wish_rad: the desired output angle, used once the drive is enabled; it begins at
- * command_rad. enable 0: quick stop, then switched off. Steps the compensator in every state of the
- * drive. */
+/* Standstill of the correction before the drive is enabled or the history is saved, s: three time
+ * constants of a torque filter of 2 Hz. */
+#define CIA402_STAND_S 0.25f
+
+/* One sync period. wish_rad: the desired output angle. Until statusword reports OPERATION_ENABLED
+ * it is not used, and the planner starts at command_rad of the cycle before, which follows the
+ * output. enable 0: quick stop, then switched off; 1: the drive is enabled once the correction has
+ * stood for CIA402_STAND_S. Steps the compensator in every state of the drive. */
 cia402_output cia402_cycle(cia402_axis *axis, const cia402_input *in, const lm_conditions *at,
                            float wish_rad, int32_t enable);
 
 /* Output angle as reported to the planner. */
 float cia402_reported(const cia402_axis *axis, const cia402_input *in);
 
-/* Homing: the output is now at angle_rad. command_rad shifts with the zero, so nothing moves. */
-void cia402_reference(cia402_axis *axis, const cia402_input *in, float angle_rad);
+/* Homing: the output is now at angle_rad. command_rad shifts with the zero, so nothing moves.
+ * Returns by how much the zero may be wrong, rad (lm_axis_reference). */
+float cia402_reference(cia402_axis *axis, const cia402_input *in, float angle_rad);
 
 #endif

@@ -9,6 +9,7 @@
 #define INCREMENTS 131072u
 #define RATIO (-100.0f)
 #define RAD (131072.0f * -100.0f / 6.28318531f) /* increments */
+#define STAND_CYCLES 510                        /* CIA402_STAND_S, and the states of the drive */
 #define STEP_RAD 5e-7f /* a motor that is enabled, braked or off moves by less: one increment */
 
 typedef struct csp_drive {
@@ -75,16 +76,41 @@ static void cycles(cell *c, int n, float torque_Nm, float *wish_rad, float rate_
     moved_rad = moved_rad < 0 ? -moved_rad : moved_rad;
     c->largest_rad = moved_rad > c->largest_rad ? moved_rad : c->largest_rad;
     (void)output_of(c, torque_Nm);
-    if (enable == 0) {
-      *wish_rad = c->axis.command_rad;
+    if (enable == 0 || c->drive.status != CIA402_OPERATION_ENABLED) {
+      *wish_rad = c->axis.command_rad; /* the planner starts at the reported angle */
     }
   }
 }
 
+/* A loop on the output: enabled at once, only the rate of the correction is sent. */
+static int check_output_loop(cell *c, lm_conditions *at) {
+  static const cia402_drive drive = {INCREMENTS, 1, 50, -5, 1, 1};
+  cia402_input in = {CIA402_SWITCH_ON_DISABLED, 1234567};
+  cia402_output out;
+  lm_fault fault;
+  int32_t rate = 0;
+  int k;
+  if (cia402_start(&c->axis, &drive, &joint_parameters, 0, at, &in, &fault) != LM_OK) {
+    return 10;
+  }
+  for (k = 0; k < 100; ++k) {
+    out = cia402_cycle(&c->axis, &in, at, c->axis.command_rad, 1);
+    in.statusword = out.controlword == CIA402_SHUTDOWN    ? CIA402_READY
+                    : out.controlword == CIA402_SWITCH_ON ? CIA402_SWITCHED_ON
+                                                          : CIA402_OPERATION_ENABLED;
+    at->torque_Nm = k < 10 ? LOAD_NM : -LOAD_NM;
+    rate = out.velocity_offset < rate ? out.velocity_offset : rate;
+    if (out.position_offset != 0 || out.target_position != 1234567) {
+      return 11;
+    }
+  }
+  return in.statusword == CIA402_OPERATION_ENABLED && rate < 0 ? 0 : 12;
+}
+
 int check_cia402(void) {
   static cell c;
-  static const cia402_drive wrong_period = {INCREMENTS, RATIO, 1, -3, 1};
-  static const cia402_drive drive = {INCREMENTS, RATIO, 50, -5, 1}; /* 50 * 10 us */
+  static const cia402_drive wrong_period = {INCREMENTS, RATIO, 1, -3, 1, 0};
+  static const cia402_drive drive = {INCREMENTS, RATIO, 50, -5, 1, 0}; /* 50 * 10 us */
   lm_conditions at = LM_CONDITIONS_UNKNOWN;
   lm_fault fault;
   lm_saved kept;
@@ -109,7 +135,7 @@ int check_cia402(void) {
   wish_rad = c.axis.command_rad;
   start_rad = wish_rad;
   c.largest_rad = 0;
-  cycles(&c, 10, LOAD_NM, &wish_rad, 0, 1);
+  cycles(&c, STAND_CYCLES, LOAD_NM, &wish_rad, 0, 1);
   if (c.drive.status != CIA402_OPERATION_ENABLED || c.largest_rad > STEP_RAD) {
     return 3;
   }
@@ -122,14 +148,17 @@ int check_cia402(void) {
   /* Emergency stop under an outside push, and back: nothing jumps. */
   c.largest_rad = 0;
   cycles(&c, 500, LOAD_NM - 5.0f, &wish_rad, 0, 0);
-  cycles(&c, 500, LOAD_NM, &wish_rad, 0, 0);
-  cycles(&c, 10, LOAD_NM, &wish_rad, 0, 1);
+  cycles(&c, 20, LOAD_NM, &wish_rad, 0, 1);
+  if (c.drive.status == CIA402_OPERATION_ENABLED) {
+    return 6; /* the correction still follows the load */
+  }
+  cycles(&c, 2 * STAND_CYCLES, LOAD_NM, &wish_rad, 0, 1);
   if (c.drive.status != CIA402_OPERATION_ENABLED || c.largest_rad > STEP_RAD) {
     return 5;
   }
   /* Home: nothing moves. */
   in = read_drive(&c);
-  cia402_reference(&c.axis, &in, 1.0f);
+  (void)cia402_reference(&c.axis, &in, 1.0f);
   wish_rad = c.axis.command_rad;
   c.largest_rad = 0;
   cycles(&c, 500, LOAD_NM, &wish_rad, 0, 1);
@@ -138,14 +167,18 @@ int check_cia402(void) {
     return 7;
   }
   /* Power-down with the brake on, power-up with the history. */
-  cycles(&c, 10, LOAD_NM, &wish_rad, 0, 0);
+  cycles(&c, STAND_CYCLES, LOAD_NM, &wish_rad, 0, 0);
   lm_save_compensator(&c.axis.compensator, &kept);
   in = read_drive(&c);
-  if (cia402_start(&c.axis, &drive, &joint_parameters, &kept, &at, &in, &fault) != LM_OK) {
+  if (cia402_start(&c.axis, &drive, &joint_parameters, &kept, &at, &in, &fault) != LM_OK ||
+      kept.format != 0) {
     return 8;
   }
   wish_rad = c.axis.command_rad;
   c.largest_rad = 0;
-  cycles(&c, 100, LOAD_NM, &wish_rad, 0, 1);
-  return c.largest_rad > 2 * STEP_RAD ? 9 : 0;
+  cycles(&c, STAND_CYCLES, LOAD_NM, &wish_rad, 0, 1);
+  if (c.drive.status != CIA402_OPERATION_ENABLED || c.largest_rad > 2 * STEP_RAD) {
+    return 9;
+  }
+  return check_output_loop(&c, &at);
 }

@@ -210,9 +210,11 @@ static void prepare(lm_compensator *compensator) {
   lm_real valid_Nm = parameters->valid.torque_Nm;
   compensator->swing_rad = RINGING_NOISES * parameters->watch.noise_rad;
   compensator->swing_ticks = 0;
-  if (LM_PROFILE != LM_PROFILE_GAP && parameters->watch.ringing_Hz > 0) {
+#if LM_PROFILE != LM_PROFILE_GAP
+  if (parameters->watch.ringing_Hz > 0) {
     compensator->swing_ticks = 1 / (2 * parameters->watch.ringing_Hz * limits->period_s);
   }
+#endif
   compensator->usual_Nm = parameters->torque_limit_Nm;
   if (valid_Nm > 0) {
     compensator->usual_Nm = least(valid_Nm, parameters->torque_limit_Nm);

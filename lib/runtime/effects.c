@@ -60,7 +60,7 @@ static lm_real read(const lm_real *column, int64_t k, lm_real missing) {
 
 lm_conditions lm_read_conditions(const lm_recording *recording, int64_t k) {
   lm_conditions at;
-  LM_CONDITION_LIST(READ_OR_ZERO, READ_OR_ZERO, READ_OR_USUAL)
+  LM_CONDITION_LIST(READ_OR_ZERO, READ_OR_ZERO, READ_OR_USUAL, READ_OR_USUAL)
   at.elastic_rad = read(recording->elastic_rad, k, 0);
   at.wound_Nm = read(recording->wound_Nm, k, at.torque_Nm);
   return at;

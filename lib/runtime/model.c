@@ -11,12 +11,14 @@
 #endif
 
 uint32_t lm_find_needs(const lm_parameters *parameters) {
-  uint32_t needs = 0;
-  if (parameters) {
-    needs = LM_PROFILE == LM_PROFILE_GAP ? LM_NEEDS_OUTPUT_ANGLE
-                                         : (needs_of(parameters) & ~NEEDS_MORE) | LM_NEEDS_TORQUE;
+  if (!parameters) {
+    return 0;
   }
-  return needs;
+#if LM_PROFILE == LM_PROFILE_GAP
+  return LM_NEEDS_OUTPUT_ANGLE;
+#else
+  return (needs_of(parameters) & ~NEEDS_MORE) | LM_NEEDS_TORQUE;
+#endif
 }
 
 void lm_start_model(lm_memory *memory, lm_real torque_Nm) {
@@ -77,7 +79,7 @@ void lm_settle_model(const lm_parameters *parameters, lm_memory *memory) {
   }
 /* Optional conditions are read but not reported as missing. */
 #define READ_FITTED(field, NEED, usual, uses)                             \
-  if (needs & ((LM_NEEDS_##NEED | (uses)) & ~USUAL_NEEDS)) {              \
+  if (needs & (LM_NEEDS_##NEED | (uses))) {                               \
     uint32_t told_by = 0;                                                 \
     at->field = judge_range(given->field, valid->field, usual, &told_by); \
     if (needs & LM_NEEDS_##NEED) {                                        \
@@ -90,7 +92,7 @@ static uint32_t read_rare(lm_conditions *at, const lm_parameters *parameters,
                           const lm_conditions *given, uint32_t needs) {
   const lm_validity *valid = &parameters->valid;
   uint32_t status = 0;
-  LM_CONDITION_LIST(SKIP, READ_BOUNDED, READ_FITTED)
+  LM_CONDITION_LIST(SKIP, READ_BOUNDED, READ_FITTED, SKIP)
   return status;
 }
 

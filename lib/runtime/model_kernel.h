@@ -70,7 +70,7 @@ static inline lm_real judge_range(lm_real told, const lm_real *range, lm_real un
 /* Conditions for effects when nothing is known. */
 #define ZERO_OF(field, ...) 0,
 #define USUAL_OF(field, NEED, usual, uses) usual,
-#define NOTHING_KNOWN {LM_CONDITION_LIST(ZERO_OF, ZERO_OF, USUAL_OF) 0, 0}
+#define NOTHING_KNOWN {LM_CONDITION_LIST(ZERO_OF, ZERO_OF, USUAL_OF, USUAL_OF) 0, 0}
 
 /* Conditions that the active effects need. */
 static inline uint32_t needs_of(const lm_parameters *parameters) {
@@ -132,7 +132,7 @@ uint32_t lm_advance_through_effects(const lm_parameters *parameters, lm_memory *
 #define START_AT_ZERO(field, ...) at->field = 0;
 #define START_AT_USUAL(field, NEED, usual, uses) at->field = usual;
 #define READ_USUAL_NEED(field, NEED, usual, uses)                                  \
-  if (needs & (LM_NEEDS_##NEED & USUAL_NEEDS)) {                                   \
+  if (needs & LM_NEEDS_##NEED) {                                                   \
     at->field = judge_range(given->field, parameters->valid.field, usual, status); \
   }
 
@@ -141,9 +141,9 @@ static inline void read_moment(lm_conditions *at, const lm_parameters *parameter
                                const lm_conditions *given, lm_real input, lm_real elapsed_s,
                                uint32_t needs, uint32_t *status) {
   at->torque_Nm = input;
-  LM_CONDITION_LIST(KEEP, START_AT_ZERO, START_AT_USUAL)
+  LM_CONDITION_LIST(KEEP, START_AT_ZERO, START_AT_USUAL, START_AT_USUAL)
   at->elapsed_s = elapsed_s;
-  LM_CONDITION_LIST(KEEP, KEEP, READ_USUAL_NEED)
+  LM_CONDITION_LIST(KEEP, KEEP, KEEP, READ_USUAL_NEED)
 }
 #endif
 

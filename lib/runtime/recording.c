@@ -138,14 +138,14 @@ static const lm_real *needed(uint32_t needs, uint32_t need, const lm_real *colum
 /* Columns as step_model reads their conditions. */
 static void read_columns(block *b, const lm_parameters *parameters, uint32_t needs,
                          const lm_recording *recording, int64_t from) {
-  LM_CONDITION_LIST(NO_COLUMN, COLUMN_BOUNDED, COLUMN_FITTED)
+  LM_CONDITION_LIST(NO_COLUMN, COLUMN_BOUNDED, COLUMN_FITTED, COLUMN_FITTED)
   const lm_real *elapsed_s = recording->elapsed_s ? &recording->elapsed_s[from] : NULL;
   const lm_validity *valid = &parameters->valid;
   uint32_t status = 0;
   int32_t k;
   for (k = 0; k < b->rows; ++k) {
     lm_conditions *at = &b->at[k];
-    LM_CONDITION_LIST(NO_COLUMN, FROM_BOUNDED, FROM_FITTED)
+    LM_CONDITION_LIST(NO_COLUMN, FROM_BOUNDED, FROM_FITTED, FROM_FITTED)
     if (elapsed_s) {
       at->elapsed_s = take_elapsed(elapsed_s[k], 0);
     }

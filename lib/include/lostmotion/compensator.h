@@ -254,8 +254,9 @@ lm_status lm_shift_angle(lm_compensator *compensator, lm_real by_rad, lm_fault *
 #endif
 
 /* Passes the measured lost motion of the last step to the watch: output_angle - input_angle / ratio
- * [rad], both measured and not wrapped, with any constant offset, `elapsed_s` after the previous
- * call. May be called at any rate below that of the tick.
+ * [rad], both measured at the same instant and not wrapped, with any constant offset, `elapsed_s`
+ * after the previous call. May be called at any rate below that of the tick, while the position
+ * loop is closed. (If one encoder is read a time t later, speed times t counts as lost motion.)
  *
  * Over the window of the watch, the mean square of the measured lost motion is compared with that
  * of the residual of the model, both about their means because the offset of the two encoders is

@@ -10,6 +10,8 @@
  *   BOUNDED(field, NEED, most)        beyond +-most it counts as unknown
  *   FITTED(field, NEED, usual, uses)  limited to the fitted range; if unknown, `usual`. `uses`: the
  *                                     LM_USES_ bit of effects that do not require it, or 0
+ *   COMMON(field, NEED, usual, uses)  the same, for what most effects need: read outside the path
+ * of the rare ones
  *
  *   torque_Nm         external torque on the output shaft; sources: torque.h
  *   input_angle_rad   of the wave generator, wrapped to one turn: beyond LM_ANGLE_MAX_RAD (254
@@ -54,13 +56,13 @@
 #define LM_NEEDS_TIME 512u
 #define LM_USES_INPUT_VELOCITY 1024u /* used if known, not required */
 
-#define LM_CONDITION_LIST(STEP, BOUNDED, FITTED)                             \
+#define LM_CONDITION_LIST(STEP, BOUNDED, FITTED, COMMON)                     \
   STEP(torque_Nm, TORQUE, LM_UNKNOWN)                                        \
   BOUNDED(input_angle_rad, INPUT_ANGLE, LM_ANGLE_MAX_RAD)                    \
   BOUNDED(output_angle_rad, OUTPUT_ANGLE, LM_ANGLE_MAX_RAD)                  \
   FITTED(input_velocity_rad_s, INPUT_VELOCITY, 0, LM_USES_INPUT_VELOCITY)    \
   BOUNDED(output_acceleration_rad_s2, OUTPUT_ACCELERATION, LM_CONDITION_MAX) \
-  FITTED(temperature_C, TEMPERATURE, LM_REFERENCE_TEMPERATURE_C, 0u)         \
+  COMMON(temperature_C, TEMPERATURE, LM_REFERENCE_TEMPERATURE_C, 0u)         \
   FITTED(cycles, CYCLES, 0, 0u)                                              \
   BOUNDED(tilt_moment_Nm, TILT_MOMENT, LM_CONDITION_MAX)                     \
   BOUNDED(axial_force_N, AXIAL_FORCE, LM_CONDITION_MAX)                      \

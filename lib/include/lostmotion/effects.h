@@ -49,7 +49,7 @@ LM_BEGIN_DECLS
  * LM_STATE_CONDITION_MISSING for the torque, and for others if an active effect needs them. */
 #define LM_CONDITION_FIELD(field, ...) lm_real field;
 typedef struct lm_conditions {
-  LM_CONDITION_LIST(LM_CONDITION_FIELD, LM_CONDITION_FIELD, LM_CONDITION_FIELD)
+  LM_CONDITION_LIST(LM_CONDITION_FIELD, LM_CONDITION_FIELD, LM_CONDITION_FIELD, LM_CONDITION_FIELD)
   lm_real elastic_rad; /* angle of torsion curve and friction at the torque; set by the model */
   lm_real wound_Nm; /* torque minus friction in parallel with the spring; it winds the drive up and
                        closes gaps in the mesh; set by the model */
@@ -59,8 +59,10 @@ typedef struct lm_conditions {
  * degrees Celsius.) */
 #define LM_UNKNOWN_OF_STEP(field, NEED, unknown) unknown,
 #define LM_UNKNOWN_OF_OTHERS(field, ...) LM_UNKNOWN,
-#define LM_CONDITIONS_UNKNOWN \
-  {LM_CONDITION_LIST(LM_UNKNOWN_OF_STEP, LM_UNKNOWN_OF_OTHERS, LM_UNKNOWN_OF_OTHERS) 0, 0}
+#define LM_CONDITIONS_UNKNOWN                                                        \
+  {LM_CONDITION_LIST(LM_UNKNOWN_OF_STEP, LM_UNKNOWN_OF_OTHERS, LM_UNKNOWN_OF_OTHERS, \
+                     LM_UNKNOWN_OF_OTHERS) 0,                                        \
+   0}
 
 /* Meaning of the number that an effect returns; parameters list effects in this order. */
 typedef enum lm_effect_kind {
@@ -175,7 +177,8 @@ lm_status lm_check_effect(const lm_effect *effect, const lm_real *value, lm_faul
 #define LM_CONDITION_COLUMN(field, ...) const lm_real *field;
 typedef struct lm_recording {
   int64_t count;
-  LM_CONDITION_LIST(LM_CONDITION_COLUMN, LM_CONDITION_COLUMN, LM_CONDITION_COLUMN)
+  LM_CONDITION_LIST(LM_CONDITION_COLUMN, LM_CONDITION_COLUMN, LM_CONDITION_COLUMN,
+                    LM_CONDITION_COLUMN)
   const lm_real *elastic_rad;
   const lm_real *wound_Nm;
 } lm_recording;

@@ -36,8 +36,9 @@
  *   - pass the filtered estimate through lm_hold_torque, so that friction of unknown sign at
  *     standstill causes no motion. Its uncertainty is lm_bound_torque through the same filter: the
  *     bound falls to zero as soon as the motor moves, the filtered estimate is right only later;
- *   - do not use the estimate while a brake holds the motor: its current is zero and the gear still
- *     bears the load. Keep the torque from before; at power-up take that of the command;
+ *   - do not use the estimate while a brake holds the motor, nor in the first second after: its
+ *     current is zero and the gear still bears the load. Take the torque of the command (gravity at
+ *     the reported angle) or, if it is not known, keep that from before;
  *   - or take the torque from the command: gravity, inertia and lm_guess_torque.
  *
  * If the correction rings nevertheless, this is detected and the correction is slowed
