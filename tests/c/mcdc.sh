@@ -11,15 +11,20 @@ release=$(printf '%s' "$clang" | sed -n 's/.*clang\(-[0-9]*\)$/\1/p')
 mkdir -p "$folder"
 result=0
 for bits in 64 32; do
-  rm -f "$folder"/*.profraw
+  rm -f "$folder"/*.profraw "$folder"/*.o
+  flags="-std=c99 -O0 -ffp-contract=off -fprofile-instr-generate -fcoverage-mapping -fcoverage-mcdc"
+  flags="$flags -DLM_REAL_BITS=$bits -DLM_PROFILE=LM_PROFILE_FULL"
+  # The flags are words to be split.
+  # shellcheck disable=SC2086
+  (cd "$folder" && "$clang" $flags -I "$root/lib/include" -I "$root/lib" -I "$UNITY_SRC_DIR" -c \
+    "$root"/lib/status.c "$root"/lib/runtime/*.c "$root"/lib/runtime/effects/*.c \
+    "$UNITY_SRC_DIR/unity.c")
   objects=''
   for module in curve play effects elementary model parameters torque compensator status; do
     program=$folder/$module$bits
-    "$clang" -std=c99 -O0 -ffp-contract=off -fprofile-instr-generate -fcoverage-mapping \
-      -fcoverage-mcdc -DLM_REAL_BITS=$bits -DLM_PROFILE=LM_PROFILE_FULL \
-      -I "$root/lib/include" -I "$root/lib" -I "$UNITY_SRC_DIR" "$root/tests/c/test_$module.c" \
-      "$root"/lib/status.c "$root"/lib/runtime/*.c "$root"/lib/runtime/effects/*.c \
-      "$UNITY_SRC_DIR/unity.c" -lm -o "$program"
+    # shellcheck disable=SC2086
+    "$clang" $flags -I "$root/lib/include" -I "$root/lib" -I "$UNITY_SRC_DIR" \
+      "$root/tests/c/test_$module.c" "$folder"/*.o -lm -o "$program"
     LLVM_PROFILE_FILE="$program.profraw" "$program" >"$program.log" || {
       tail -n 20 "$program.log"
       exit 1

@@ -39,6 +39,15 @@ static lm_correction rest(lm_real torque_Nm, int ticks) {
   return now;
 }
 
+/* Memory that a fault has changed: no number in the limiter leads beyond the position limit. */
+static void a_corrupted_velocity_stays_within_the_position_limit(void) {
+  lm_correction now = rest(10, 500);
+  joint.velocity_rad_s = LM_REAL(1e3);
+  now = step(10);
+  TEST_ASSERT_TRUE(distance(now.correction_rad, 0) <= parameters.limits.correction_rad);
+  TEST_ASSERT_TRUE(now.status & LM_STATE_POSITION_LIMITED);
+}
+
 static void at_rest_the_correction_takes_the_lost_motion_out(void) {
   lm_correction now = rest(10, 2000);
   TEST_ASSERT_TRUE(now.lost_motion_rad > LM_REAL(4e-4));
@@ -1294,6 +1303,7 @@ int main(void) {
   RUN_TEST(a_kinematic_error_does_not_ring);
   RUN_TEST(a_velocity_beyond_the_new_limit_is_told);
   RUN_TEST(noise_does_not_ring);
+  RUN_TEST(a_corrupted_velocity_stays_within_the_position_limit);
   RUN_TEST(narrower_parameters_are_in_force_in_the_end);
   return UNITY_END();
 }
