@@ -5,6 +5,7 @@
 
 #define LOAD_NM (-12.0f) /* weight of the arm */
 #define PUSH_NM (-5.0f)  /* external push while the brake is on */
+#define SWING_NM 10.0f   /* of the arm against the brake, at 20 Hz */
 #define FAST_RAD 0.0005f /* a tick */
 #define STILL_RAD 2e-6f  /* 0.4 arcsec */
 #define ARRIVED_RAD 2e-5f
@@ -76,6 +77,7 @@ int axis_story(float *most_rad) {
   float moved_rad;
   float zero_rad;
   float error_rad;
+  int k;
   kept.format = 0; /* nothing saved yet */
   *most_rad = 0;
   j.motor_rad = 0.2f;
@@ -92,7 +94,8 @@ int axis_story(float *most_rad) {
   if (moved_rad > STILL_RAD) {
     return 2;
   }
-  /* First homing, in motion: the load history is unknown, and the stated error of the zero includes this. */
+  /* First homing, in motion: the load history is unknown, and the stated error of the zero includes
+   * this. */
   run(&j, 100, LOAD_NM, FAST_RAD);
   zero_rad = j.wish_rad;
   error_rad = lm_axis_reference(&j.drive, j.motor_rad, 0.5f);
@@ -119,9 +122,15 @@ int axis_story(float *most_rad) {
   if (!lm_axis_close(&j.drive) || !lm_axis_power_down(&j.drive, &kept)) {
     return 5;
   }
+  /* The arm swings against the brake: that is no ringing of the correction. */
+  for (k = 0; k < 10; ++k) {
+    run(&j, 50, LOAD_NM + SWING_NM, 0);
+    run(&j, 50, LOAD_NM - SWING_NM, 0);
+  }
+  run(&j, 20, LOAD_NM, 0);
   moved_rad = close_loop(&j);
   *most_rad = moved_rad > *most_rad ? moved_rad : *most_rad;
-  if (moved_rad > STILL_RAD) {
+  if (moved_rad > STILL_RAD || (j.drive.correction.status & LM_STATE_RINGING)) {
     return 6;
   }
   /* Home again: the history is known now, and nothing moves. */
