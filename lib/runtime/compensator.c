@@ -107,6 +107,7 @@ NOINLINE static void set_rates(lm_compensator *c) {
   lm_real tick = response_per_s * c->parameters->limits.period_s;
   c->lead_ticks = 1 / tick;
   c->velocity_per_s = response_per_s;
+  c->acceleration_per_s = STAGE_RATIO * response_per_s;
   c->jerk_share = least(STAGE_RATIO * STAGE_RATIO * tick, 1);
 }
 
@@ -185,11 +186,6 @@ static lm_real wind(const lm_parameters *parameters, lm_real torque_Nm, lm_real 
 #endif
 }
 
-/* A larger reversal of the correction counts. */
-static lm_real swing_of(const lm_compensator *c) {
-  return RINGING_NOISES * c->parameters->watch.noise_rad;
-}
-
 /* Resets the detection of ringing. */
 static void listen_anew(lm_compensator *compensator) {
   compensator->turns = 0;
@@ -212,6 +208,7 @@ static void prepare(lm_compensator *compensator) {
   const lm_parameters *parameters = compensator->parameters;
   const lm_limits *limits = &parameters->limits;
   lm_real valid_Nm = parameters->valid.torque_Nm;
+  compensator->swing_rad = RINGING_NOISES * parameters->watch.noise_rad;
   compensator->swing_ticks = 0;
 #if LM_PROFILE != LM_PROFILE_GAP
   if (parameters->watch.ringing_Hz > 0) {
@@ -228,7 +225,7 @@ static void prepare(lm_compensator *compensator) {
 #if LM_EFFECTS_MAX > 0
   compensator->needs = needs_of(parameters);
   /* Torque that winds the torsion curve by one counted reversal on average. */
-  compensator->swing_Nm = 2 * compensator->usual_Nm * swing_of(compensator) /
+  compensator->swing_Nm = 2 * compensator->usual_Nm * compensator->swing_rad /
                           wind(parameters, -compensator->usual_Nm, 2 * compensator->usual_Nm);
 #endif
   listen_anew(compensator);
@@ -326,7 +323,7 @@ NOINLINE static void hear_torque(lm_compensator *c) {
   } else if (!is_within(back_Nm, absolute(c->swing_Nm))) {
     c->turn_Nm = c->heard_Nm;
     c->swing_Nm = -c->swing_Nm;
-    count_swing(c, with_sign_of(c->swing_Nm, swing_of(c)));
+    count_swing(c, with_sign_of(c->swing_Nm, c->swing_rad));
   } else {
     /* on its way */
   }
@@ -371,7 +368,7 @@ static inline void listen(lm_compensator *c, lm_real before_rad_s) {
   }
 #endif
   if (signs_differ(before_rad_s, c->velocity_rad_s) &&
-      !is_within(c->correction_rad - c->turn_rad, swing_of(c))) {
+      !is_within(c->correction_rad - c->turn_rad, c->swing_rad)) {
     count_swing(c, c->correction_rad - c->turn_rad);
   }
 }
@@ -384,7 +381,7 @@ static inline uint32_t follow_target(lm_compensator *c, lm_real target_rad, uint
   lm_real before_rad_s = c->velocity_rad_s;
   lm_real wish_rad_s = (aim_rad - c->correction_rad) * c->velocity_per_s;
   lm_real velocity = hold(wish_rad_s, c->velocity_max_rad_s, LM_STATE_VELOCITY_LIMITED, &status);
-  lm_real acceleration = hold((velocity - before_rad_s) * (STAGE_RATIO * c->velocity_per_s),
+  lm_real acceleration = hold((velocity - before_rad_s) * c->acceleration_per_s,
                               c->acceleration_max_rad_s2, LM_STATE_ACCELERATION_LIMITED, &status);
   lm_real change = hold((acceleration - c->acceleration_rad_s2) * c->jerk_share,
                         c->jerk_step_rad_s2, LM_STATE_JERK_LIMITED, &status);

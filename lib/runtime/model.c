@@ -82,7 +82,7 @@ void lm_settle_model(const lm_parameters *parameters, lm_memory *memory) {
   if (needs & (LM_NEEDS_##NEED | (uses))) {                               \
     uint32_t told_by = 0;                                                 \
     at->field = judge_range(given->field, valid->field, usual, &told_by); \
-    status |= told_by * (uint32_t)((needs & LM_NEEDS_##NEED) != 0);       \
+    status |= told_by * ((needs / LM_NEEDS_##NEED) & 1u); /* its bit */   \
   }
 
 /* The conditions that few effects need. */

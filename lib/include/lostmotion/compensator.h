@@ -135,9 +135,10 @@ typedef struct lm_compensator {
   lm_real jerk_step_rad_s2; /* change of the acceleration in one tick */
   lm_headroom room;         /* as set by the host */
   /* rates of the limiter's stages */
-  lm_real lead_ticks;     /* 1 / (response * period) */
-  lm_real velocity_per_s; /* position to velocity: response */
-  lm_real jerk_share;     /* acceleration to jerk within one tick: 16 response * period */
+  lm_real lead_ticks;         /* 1 / (response * period) */
+  lm_real velocity_per_s;     /* position to velocity: response */
+  lm_real acceleration_per_s; /* velocity to acceleration: 4 response */
+  lm_real jerk_share;         /* acceleration to jerk within one tick: 16 response * period */
   /* thresholds of the step */
   lm_real usual_Nm;      /* torque within the fitted range and the limit */
   lm_real settled_rad_s; /* below this speed the correction is at rest */
@@ -155,6 +156,7 @@ typedef struct lm_compensator {
   lm_real watched_rad;      /* output of the model at the last call */
   lm_real doubt_s;          /* time for which the correction has increased the error */
   /* ringing */
+  lm_real swing_rad;       /* a larger reversal counts */
   lm_real swing_ticks;     /* a reversal after fewer ticks is fast; 0: never */
   lm_real turn_rad;        /* correction at its last reversal */
   uint32_t ticks;          /* since that reversal */
