@@ -9,6 +9,7 @@ cd "$root"
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
 failed=0
+most_s=3600 # of one proof; what takes longer counts as failed
 
 report() { # report NAME OK|FAILED
   printf '%-40s %s\n' "$1" "$2"
@@ -17,7 +18,7 @@ report() { # report NAME OK|FAILED
 
 eva() { # eva ENTRY PRECISION
   # -lib-entry: every variable starts with any value.
-  frama-c -machdep x86_64 -cpp-extra-args="-Ilib/include -Ilib -DLM_REAL_BITS=32 -DLM_EFFECT_CARDS=0" \
+  timeout "$most_s" frama-c -machdep x86_64 -cpp-extra-args="-Ilib/include -Ilib -DLM_REAL_BITS=32 -DLM_EFFECT_CARDS=0" \
     -main "$1" -lib-entry -eva -eva-precision "$2" -eva-split-return full \
     -eva-equality-through-calls formals -warn-special-float none tests/proofs/eva_runtime.c \
     lib/status.c lib/runtime/*.c lib/runtime/effects/*.c >"$log" 2>&1 || true
@@ -46,7 +47,7 @@ fi
 bounded() { # bounded FILE OPTION...
   name=$1
   shift
-  "$esbmc" "tests/proofs/$name.c" --floatbv -I lib/include -I lib -DLM_REAL_BITS=32 "$@" \
+  timeout "$most_s" "$esbmc" "tests/proofs/$name.c" --floatbv -I lib/include -I lib -DLM_REAL_BITS=32 "$@" \
     >"$log" 2>&1 || true
   if grep -q 'VERIFICATION SUCCESSFUL' "$log"; then
     report "ESBMC: $name" proved
