@@ -681,6 +681,11 @@ return dark === (arguments[0] === 'dark') && !document.getAnimations().length;
 """
 """Whether the page has the colours of a scheme, and no transition is running."""
 
+SHOWN = """
+return arguments[0].closest('.q-field').textContent.replace('arrow_drop_down', '').trim();
+"""
+"""Text that a select shows."""
+
 OWN_NAMES = {"time_s": "TIME", "torque_Nm": "Load cell", "lost_motion_rad": "POSITION", "run": "nr"}
 
 MAPPED = (
@@ -703,19 +708,28 @@ def test_columns_with_other_names_are_mapped_in_the_table(
     (tmp_path / "own.csv").write_text(",".join(names) + "\n" + rest)
 
     def choose(label: str, option: str) -> None:
-        def chosen() -> bool:
-            # A row that is being redrawn loses its open list; a user opens it again.
-            view.press_on(f"#panel-columns [aria-label='{label}']")
-            end = time.monotonic() + 5.0
-            while time.monotonic() < end:
-                for one in view.all(".q-item"):
-                    if one.text.strip() == option and one.is_displayed():
-                        one.click()
-                        return True
-                time.sleep(0.1)
-            return False
+        control = f"#panel-columns [aria-label='{label}']"
 
-        view.wait(chosen, f"{option} in the list of {label}")
+        def shown() -> bool:
+            text = view.driver.execute_script(SHOWN, view.all(control)[0])
+            return bool(text == option)
+
+        def chosen() -> bool:
+            # A list that opens while its row is redrawn is lost; a user opens it again.
+            if shown():
+                return True
+            view.press_on(control)
+            end, clicked = time.monotonic() + 5.0, False
+            while time.monotonic() < end and not (clicked and shown()):
+                for one in [] if clicked else view.all(".q-item"):
+                    if one.text.strip() == option:
+                        one.click()
+                        clicked = True
+                        break
+                time.sleep(0.1)
+            return shown()
+
+        view.wait(chosen, f"{option} in {label}")
 
     def keeps_the_guidelines() -> None:
         for scheme, width in itertools.product(("light", "dark"), WIDTHS):
