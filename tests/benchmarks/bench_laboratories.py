@@ -50,8 +50,8 @@ formula with the library. Laws: Maxwell slip in parallel, Dahl, LuGre, Bouc-Wen,
 with the load, one play operator in series, a dead zone with Bouc-Wen friction. Protocols: bench
 loops (20, 8 and 60 runs; strangers: one file a run with a load history before it that was not
 recorded), an arm under gravity with four payloads, the same with encoders of 14 bits, a turntable
-that never stops. The size of an effect is its residual after an ideal refit with the true law,
-relative to the noise of a reading.
+that never stops. A campaign hides one effect or none. The size of an effect is its residual after
+an ideal refit with the true law, relative to the noise of a reading.
 """
 
 
@@ -190,22 +190,26 @@ def told(done: Record) -> str:
 def page(rows: list[Record]) -> str:
     """The whole page as Markdown."""
     seeds = sorted({d["seed"] for d in rows})
-    kind = "judging (odd)" if all(s % 2 for s in seeds) else "developing (even)"
-    parts = [INTRO, f"{len(rows)} campaigns, seeds for {kind}.\n"]
+    kind = "evaluation (odd)" if all(s % 2 for s in seeds) else "development (even)"
+    parts = [
+        INTRO,
+        f"{len(rows)} campaigns, seeds for {kind}: {', '.join(map(str, seeds))}. In brackets: 95 % "
+        "intervals of the shares (Clopper and Pearson).\n",
+    ]
     groups = [[d for d in rows if d["noises"] == size] for size in SIZES]
     clean, one, two = groups
     bars: list[tuple[object, ...]] = [
-        ("clean ends `complete`, or with the form of the hysteresis", "95 %", "clean_end", clean),
-        ("a wrong effect is named, alone or beside the right one", "at most 2 %", "wrong", rows),
-        ("the right one first, one noise", "90 %", "right_first", one),
-        ("the right one first, two noises", "95 %", "right_first", two),
+        ("no effect hidden: `complete` or only `hysteresis form`", "95 %", "clean_end", clean),
+        ("a wrong effect named, alone or beside the right one", "at most 2 %", "wrong", rows),
+        ("hidden effect of one noise named first", "90 %", "right_first", one),
+        ("hidden effect of two noises named first", "95 %", "right_first", two),
     ]
     judges = {"clean_end": clean_end, "wrong": wrong, "right_first": right_first}
     lines = [
         (what, bar, count(sum(map(judges[str(judge)], members)), len(members)))  # type: ignore[arg-type]
         for what, bar, judge, members in bars
     ]
-    parts.append("\n".join(table(("asked for", "bar", "reached"), lines)))
+    parts.append("\n".join(table(("requirement", "required", "reached"), lines)))
     for key, names in (("law", LAWS), ("protocol", tuple(PROTOCOLS))):
         lines = []
         for name in names:
@@ -227,7 +231,7 @@ def page(rows: list[Record]) -> str:
                     or "-",
                 )
             )
-        head = (key, "clean", "first, one noise", "first, two noises", "wrong named", "which")
+        head = (key, "none hidden", "first, one noise", "first, two noises", "wrong named", "which")
         parts.append("\n".join(["", *table(head, lines)]))
     noise = [d["within_arcsec"] / d["truth"]["noise_arcsec_rms"] for d in rows]
     off = sum(abs(ratio - 1) > 0.15 for ratio in noise)
