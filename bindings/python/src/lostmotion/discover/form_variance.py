@@ -98,8 +98,10 @@ def with_form_error(
         With these candidates, if known.
     """
     other = base.copy()
-    known = largest or largest_model(base, candidates)
-    of_form = confounded_effects(known, candidates)
+    if largest is None:
+        candidates = [candidate for candidate in candidates if candidate.named]
+        largest = largest_model(base, candidates)
+    of_form = confounded_effects(largest, candidates)
     named = [c.columns for c in candidates if c.named and c.name not in of_form]
     other.form_error = estimate_form_error(base, noise, named)
     return other

@@ -214,7 +214,8 @@ class RecordedModel(GrowingModel):
         None if a large form error remains, or if another form of the hysteresis predicts as well.
         """
         base, noise = model_of(found), self.noise
-        settled = settle(with_form_error(base, noise, self.candidates(base)[0]), noise)
+        effects, _ = named_candidates(self.effects, base, base.at(), self.ratio)
+        settled = settle(with_form_error(base, noise, effects), noise)
         kept = {term.effect.name: term_size(base, k) for k, term in enumerate(base.terms)}
         if form_error_told(settled, self.within, kept, max(kept.values())):
             return None
