@@ -261,8 +261,7 @@ static lm_real bracket_floor(const flank_point *low, const flank_point *high) {
  * ends and slopes, then Newton with the chord of the slopes, until the remaining gain is
  * insignificant; a step out of the bracket is again that of the cubic. The last gain is added. The
  * derivatives by the dimensions of the drive are those of the minimum to the share of the last step
- * times the error of the curvature, so the steps are continued far beyond the accuracy of the value.
- */
+ * times the error of the curvature, so the steps go far beyond the accuracy of the value. */
 #if LM_REAL_BITS == 32
 #define GAIN_RAD LM_REAL(1e-8)
 #else

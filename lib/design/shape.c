@@ -243,8 +243,9 @@ static void bend(const lm_neutral_line *line, lm_real polar, lm_real *above_mm, 
     *slope_mm = scale * wave.slope;
     radius = line->radius_mm + *above_mm;
     square = radius * radius + *slope_mm * *slope_mm;
-    *curvature = (square + *slope_mm * *slope_mm + radius * scale * (wave.curvature + wave.radial)) /
-                 (square * real_sqrt(square));
+    *curvature =
+        (square + *slope_mm * *slope_mm + radius * scale * (wave.curvature + wave.radial)) /
+        (square * real_sqrt(square));
   }
 }
 

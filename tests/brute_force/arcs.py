@@ -21,11 +21,15 @@ from scipy.optimize import brentq
 from . import polygons
 
 SWEEP_STEP_DEG = 0.05
-"""Angle between two positions of the tool [deg]; it causes an error of the flank of 1e-4 arcmin."""
+"""Angle between two positions of the tool [deg]."""
 
 NODE_STEP_DEG = 1.0
 """Angle between two positions computed on the neutral line [deg]; a spline through them deviates
 from the line by 3e-6 arcmin."""
+
+JUNCTION_STEPS_DEG = np.arange(-2.0, 2.01, 0.25)
+"""Further positions around the end of the contact of discs or rollers [deg]. The shear of the line
+jumps there, and a spline through positions 1 deg apart moves the flank by up to 3e-6 modules."""
 
 SWEEP_HALF_DEG = 70.0
 """Beyond this material angle a tooth is out of mesh [deg]."""
@@ -111,7 +115,12 @@ def swept_flank(
     share = np.linspace(1.0, math.sqrt(LAND_SHARE), points)
     radius = top - (top - inner_mm) * share**2
     reach = np.full(points, -np.inf)
-    node = np.radians(np.arange(0.0, SWEEP_HALF_DEG + 2 * NODE_STEP_DEG, NODE_STEP_DEG))
+    node_deg = np.arange(0.0, SWEEP_HALF_DEG + 2 * NODE_STEP_DEG, NODE_STEP_DEG)
+    if design.contact_half_angle_deg > 0:
+        node_deg = np.unique(
+            np.append(node_deg, np.round(design.contact_half_angle_deg) + JUNCTION_STEPS_DEG)
+        )
+    node = np.radians(node_deg)
     frame = np.array(
         [polygons.on_line(design, polygons.frame_points(design), angle) for angle in node]
     )
@@ -124,15 +133,21 @@ def swept_flank(
     from_neutral = tool - polygons.radii(design).neutral_mm
     angles = np.radians(np.linspace(-SWEEP_HALF_DEG, SWEEP_HALF_DEG, 2 * steps + 1))
     corner = np.empty(len(angles), np.complex128)
+    before = last = np.full(points, -np.inf)
     for i, angle in enumerate(angles):
         origin, end = path(angle)
         placed = origin + from_neutral * (end - origin) / abs(end - origin)
         corner[i] = placed[-1]
         rho = np.abs(placed)
+        now = np.full(points, -np.inf)
         if rho[-1] > inner_mm:
-            reach = np.maximum(
-                reach, np.interp(radius, rho, np.angle(placed), left=-np.inf, right=-np.inf)
-            )
+            now = np.interp(radius, rho, np.angle(placed), left=-np.inf, right=-np.inf)
+        reach = np.maximum(reach, now)
+        # The vertex of the parabola through three positions, the middle one the furthest.
+        peak = np.isfinite(before) & np.isfinite(now) & (last > before) & (last >= now)
+        rise = (now[peak] - before[peak]) ** 2 / (16 * last[peak] - 8 * (before[peak] + now[peak]))
+        reach[peak] = np.maximum(reach[peak], last[peak] + rise)
+        before, last = last, now
     # The path of the corner of the tip between two positions.
     highest = int(np.argmax(np.abs(corner)))
     for way in (corner[: highest + 1], corner[:highest:-1]):
