@@ -118,7 +118,7 @@ def main() -> None:
     """Write the C source of one extension module."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--compiler", required=True)
-    parser.add_argument("--include", type=Path, required=True, help="folder that contains lostmotion/")
+    parser.add_argument("--include", type=Path, required=True, help="folder of lostmotion/")
     parser.add_argument("--optimizer", type=Path, help="its folder: bind the search instead")
     parser.add_argument("--bits", type=int, choices=(32, 64), required=True)
     parser.add_argument("--module", required=True)

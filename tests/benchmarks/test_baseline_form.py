@@ -37,7 +37,7 @@ def fitted(law: str, protocol: str, folder: Path, effect: str = "") -> tuple[Bas
     ("law", "form"),
     [("maxwell", "inside"), ("dahl", "inside"), ("load", "inside+load"), ("outside", "both")],
 )
-def test_unseen_runs_tell_the_form(law: str, form: str, tmp_path: Path) -> None:
+def test_held_out_runs_decide_the_form(law: str, form: str, tmp_path: Path) -> None:
     base, noise = fitted(law, "8 runs", tmp_path)
     chosen = choose_form(base, library(), 100.0)
     assert chosen.form == form

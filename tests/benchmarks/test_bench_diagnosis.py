@@ -185,7 +185,7 @@ def test_results_outlive_a_stop_and_are_not_made_again(campaigns: Path) -> None:
     assert len(load(results)) == len(files)
 
 
-def test_the_page_says_what_was_counted(campaigns: Path) -> None:
+def test_the_page_states_what_was_counted(campaigns: Path) -> None:
     rows = [note(file) for file in in_turn([campaigns], {})]
     rows[0]["answer"] = found("complete")
     text = page(rows)

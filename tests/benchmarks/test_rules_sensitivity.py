@@ -26,7 +26,7 @@ def test_whole_numbers_change_by_one_at_least_and_stay_whole() -> None:
     assert bench.changed(10.0, -0.3) == 7.0
 
 
-def test_the_rules_that_a_diagnosis_looks_at_are_noted() -> None:
+def test_the_rules_that_a_diagnosis_reads_are_noted() -> None:
     module = ModuleType("some_rules")
     module.LEAST, module.MOST = 1.0, 2.0  # type: ignore[attr-defined]
     module.__class__ = bench.Watched

@@ -174,7 +174,7 @@ def test_a_report_can_be_printed(folder: Path, tmp_path: Path, name: str) -> Non
 
 
 @pytest.mark.parametrize("width", WIDTHS)
-def test_the_front_shows_the_design_that_the_keyboard_goes_to(
+def test_the_front_shows_the_design_selected_by_keyboard(
     folder: Path, tmp_path: Path, width: int
 ) -> None:
     pointed = tmp_path / "pointed.html"

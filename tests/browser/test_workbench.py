@@ -15,6 +15,7 @@ import sys
 import tarfile
 import time
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -333,7 +334,7 @@ def test_a_search_is_stopped_and_resumed_with_the_same_end(view: View, tmp_path:
 
 
 @needs_driver
-def test_a_page_that_was_busy_or_asleep_stands_as_it_was_left(view: View, tmp_path: Path) -> None:
+def test_a_page_that_was_busy_or_suspended_is_unchanged(view: View, tmp_path: Path) -> None:
     with serving(tmp_path) as address:
         view.driver.get(address)
         view.turn_to("Design")
@@ -637,7 +638,7 @@ def test_a_taken_port_is_refused(tmp_path: Path) -> None:
     )
 
 
-def test_without_its_library_one_line_says_how_to_get_it(tmp_path: Path) -> None:
+def test_without_its_library_one_line_states_how_to_get_it(tmp_path: Path) -> None:
     code = "import sys; sys.modules['nicegui'] = None; from lostmotion.cli import main; "
     done = subprocess.run(
         [sys.executable, "-c", code + "sys.exit(main(['workbench']))"],
@@ -735,8 +736,8 @@ def test_columns_with_other_names_are_mapped_in_the_table(
         for scheme, width in itertools.product(("light", "dark"), WIDTHS):
             view.size(width)
             view.scheme(scheme)
-            at_rest = view.driver.execute_script
-            view.wait(lambda scheme=scheme: at_rest(AT_REST, scheme), f"the {scheme} colours")
+            at_rest = partial(view.driver.execute_script, AT_REST, scheme)
+            view.wait(at_rest, f"the {scheme} colours")
             assert view.driver.execute_async_script(AXE) == [], f"{width}, {scheme}"
             assert not view.driver.execute_script(CUT), f"{width}, {scheme}"
         view.size(WIDTHS[0])

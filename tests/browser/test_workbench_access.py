@@ -96,7 +96,7 @@ def test_without_the_token_every_route_is_refused(address: str, route: str, meth
     assert raw(port, f"GET /{route} HTTP/1.1\r\nHost: {host}\r\n\r\n").split()[1] == "403"
 
 
-def test_the_websocket_wants_the_cookie_and_the_own_origin(address: str) -> None:
+def test_the_websocket_requires_the_cookie_and_its_own_origin(address: str) -> None:
     host, port, _, cookie = parts(address)
 
     def shake(*more: str, at: str = host) -> str:

@@ -292,7 +292,7 @@ static void binding_limits_are_reported(void) {
   TEST_ASSERT_TRUE(step(100).status & LM_STATE_TORQUE_CLIPPED);
 }
 
-static void holding_stays_and_resetting_goes_to_zero_while_the_memory_follows(void) {
+static void holding_stays_and_resetting_moves_to_zero_while_the_memory_follows(void) {
   lm_correction held = rest(30, 2000);
   lm_compensator other;
   lm_set_mode(&joint, LM_MODE_HOLD);
@@ -621,7 +621,7 @@ static void the_watch_leaves_a_rest_alone_however_noisy_the_encoder(void) {
   }
 }
 
-static void the_watch_ignores_nonsense_and_says_so(void) {
+static void the_watch_ignores_nonsense_and_reports_it(void) {
   lm_real zero = 0;
   static const int cases = 5;
   int i;
@@ -753,7 +753,7 @@ static lm_correction tell(const lm_conditions *told, int ticks) {
   return now;
 }
 
-static void a_tick_whose_length_is_not_told_lasts_one_period(void) {
+static void a_tick_whose_length_is_not_given_lasts_one_period(void) {
   lm_conditions told = LM_CONDITIONS_UNKNOWN;
   lm_conditions timed = LM_CONDITIONS_UNKNOWN;
   lm_conditions nonsense = LM_CONDITIONS_UNKNOWN;
@@ -918,13 +918,13 @@ static void conditions_end_at_the_range_that_was_fitted(void) {
   parameters.effect_count = 0;
 }
 
-static void nothing_told_is_said(void) {
+static void a_missing_condition_is_reported(void) {
   lm_correction now = lm_step_compensator(&joint, NULL);
   TEST_ASSERT_TRUE(now.status & LM_STATE_CONDITION_MISSING);
   TEST_ASSERT_TRUE(now.lost_motion_rad == 0);
 }
 
-static void a_period_that_is_not_the_loops_is_said(void) {
+static void a_period_that_is_not_the_loops_is_reported(void) {
   static const lm_real share[] = {
       LM_REAL(0.25), LM_REAL(0.45), LM_REAL(0.6), 1, LM_REAL(1.4), LM_REAL(1.6), 10};
   static const int wrong[] = {1, 1, 0, 0, 0, 1, 1};
@@ -948,7 +948,7 @@ static void a_change_of_the_period_is_refused(void) {
 
 /* A move under load, then a rest of a minute: the model is wrong by a twentieth; the resulting 2
  * arcsec at rest must not remove the 100 arcsec that the correction compensates. */
-static void the_watch_leaves_a_correction_that_stands(void) {
+static void the_watch_leaves_a_constant_correction(void) {
   int i;
   for (i = 0; i < 6100; ++i) {
     lm_correction now = rest(i < 100 ? LM_REAL(0.2) * LM_REAL(i) : 20, 10);
@@ -1001,7 +1001,7 @@ static void a_fade_of_a_standing_axis_creeps(void) {
 }
 
 /* Both encoders share a zero: a constant load and a model of the wrong sign. */
-static void a_shared_zero_makes_what_stands_count(void) {
+static void a_shared_zero_makes_the_mean_count(void) {
   int i;
   lm_declare_shared_zero(&joint);
   for (i = 0; i < 1000; ++i) {
@@ -1035,7 +1035,7 @@ static lm_real shake(lm_real rate_Hz, int seconds) {
   return high_rad - low_rad;
 }
 
-static void ringing_is_told_and_ends(void) {
+static void ringing_is_reported_and_ends(void) {
   lm_correction now;
   lm_real fast_rad;
   lm_real hidden_rad;
@@ -1217,7 +1217,7 @@ static void narrower_parameters_are_in_force_in_the_end(void) {
 
 /* A motion that exceeds the new limit of velocity, or will exceed it, ends under the old one.
  */
-static void a_velocity_beyond_the_new_limit_is_told(void) {
+static void a_velocity_beyond_the_new_limit_is_reported(void) {
   lm_parameters slow = parameters;
   int moment;
   for (moment = 1; moment < 40; ++moment) {
@@ -1239,7 +1239,7 @@ static void a_velocity_beyond_the_new_limit_is_told(void) {
 }
 
 /* In either direction of the first swing. */
-static void ringing_is_told_in_either_direction(void) {
+static void ringing_is_reported_in_either_direction(void) {
   int side;
   parameters.watch.ringing_Hz = 5;
   for (side = -1; side <= 1; side += 2) {
@@ -1264,7 +1264,7 @@ int main(void) {
   RUN_TEST(a_narrower_position_is_approached_without_a_jump);
   RUN_TEST(a_step_is_approached_without_overshoot);
   RUN_TEST(binding_limits_are_reported);
-  RUN_TEST(holding_stays_and_resetting_goes_to_zero_while_the_memory_follows);
+  RUN_TEST(holding_stays_and_resetting_moves_to_zero_while_the_memory_follows);
   RUN_TEST(nothing_that_the_host_does_loses_the_history);
   RUN_TEST(the_uncertainty_bounds_the_truth_and_shrinks_to_nothing);
   RUN_TEST(a_known_start_has_no_uncertainty);
@@ -1278,30 +1278,30 @@ int main(void) {
   RUN_TEST(the_watch_fades_a_model_out_that_makes_it_worse);
   RUN_TEST(the_watch_takes_noise_for_noise);
   RUN_TEST(the_watch_leaves_a_rest_alone_however_noisy_the_encoder);
-  RUN_TEST(the_watch_ignores_nonsense_and_says_so);
+  RUN_TEST(the_watch_ignores_nonsense_and_reports_it);
   RUN_TEST(inputs_that_are_not_finite_change_nothing);
   RUN_TEST(a_condition_that_means_nothing_is_refused);
   RUN_TEST(an_angle_of_many_turns_is_refused_before_the_waves_jump);
-  RUN_TEST(a_tick_whose_length_is_not_told_lasts_one_period);
+  RUN_TEST(a_tick_whose_length_is_not_given_lasts_one_period);
   RUN_TEST(a_users_effect_that_breaks_is_contained);
   RUN_TEST(bad_parameters_do_not_start);
   RUN_TEST(an_instance_that_was_not_started_corrects_nothing);
   RUN_TEST(a_settled_start_moves_nothing);
   RUN_TEST(conditions_end_at_the_range_that_was_fitted);
-  RUN_TEST(nothing_told_is_said);
-  RUN_TEST(a_period_that_is_not_the_loops_is_said);
+  RUN_TEST(a_missing_condition_is_reported);
+  RUN_TEST(a_period_that_is_not_the_loops_is_reported);
   RUN_TEST(a_change_of_the_period_is_refused);
-  RUN_TEST(the_watch_leaves_a_correction_that_stands);
+  RUN_TEST(the_watch_leaves_a_constant_correction);
   RUN_TEST(the_watch_leaves_a_correction_whose_torque_wanders);
   RUN_TEST(the_watch_finds_a_drive_that_compensates_already);
   RUN_TEST(a_fade_of_a_standing_axis_creeps);
-  RUN_TEST(a_shared_zero_makes_what_stands_count);
-  RUN_TEST(ringing_is_told_and_ends);
-  RUN_TEST(ringing_is_told_in_either_direction);
+  RUN_TEST(a_shared_zero_makes_the_mean_count);
+  RUN_TEST(ringing_is_reported_and_ends);
+  RUN_TEST(ringing_is_reported_in_either_direction);
   RUN_TEST(a_standstill_is_found_in_noise_and_not_before_its_time);
   RUN_TEST(a_standstill_begins_anew_with_a_motion);
   RUN_TEST(a_kinematic_error_does_not_ring);
-  RUN_TEST(a_velocity_beyond_the_new_limit_is_told);
+  RUN_TEST(a_velocity_beyond_the_new_limit_is_reported);
   RUN_TEST(noise_does_not_ring);
   RUN_TEST(a_corrupted_velocity_stays_within_the_position_limit);
   RUN_TEST(narrower_parameters_are_in_force_in_the_end);

@@ -37,7 +37,7 @@ static void the_curve_passes_through_its_knots(void) {
   }
 }
 
-static void between_knots_it_is_straight_and_beyond_them_it_goes_on(void) {
+static void between_knots_it_is_straight_and_beyond_them_it_continues(void) {
   /* phi(T1), phi(T2), phi(2 T2) from the catalogue's piecewise linear torsion. */
   TEST_ASSERT_TRUE(distance(lm_evaluate_curve(&curve, 16), LM_REAL(7.0 / 16e3 + 9.0 / 25e3)) <=
                    8 * ROUNDING * LM_REAL(1e-3));
@@ -195,7 +195,7 @@ static void a_damaged_curve_is_found_out(void) {
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(the_curve_passes_through_its_knots);
-  RUN_TEST(between_knots_it_is_straight_and_beyond_them_it_goes_on);
+  RUN_TEST(between_knots_it_is_straight_and_beyond_them_it_continues);
   RUN_TEST(the_slope_is_the_segments);
   RUN_TEST(every_size_finds_its_segment_and_inverts);
   RUN_TEST(the_angle_never_falls);

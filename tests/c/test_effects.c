@@ -95,7 +95,7 @@ static void every_effect_has_a_card_that_is_whole(void) {
 
 /* Every scale states its reference; start values precede the zeros; only an effect that jumps by a
  * given value and stays has such a value. */
-static void every_value_says_how_it_is_fitted(void) {
+static void every_value_states_how_it_is_fitted(void) {
   int i;
   int k;
   int s;
@@ -346,7 +346,7 @@ static void speed_moment_and_acceleration_act(void) {
 
 /* Share ln(1 + t/onset) under constant load, within the stated 0.031 of the elastic angle, at a
  * controller's tick as at a slow logger's; and recovery without load. */
-static void creep_follows_the_logarithm_and_comes_back(void) {
+static void creep_follows_the_logarithm_and_returns(void) {
   static const lm_real value[] = {LM_REAL(0.01), 2};
   static const double tick_s[] = {1e-3, 0.5};
   int k;
@@ -581,7 +581,7 @@ static void unknown_conditions_switch_the_effects_off(void) {
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(every_effect_has_a_card_that_is_whole);
-  RUN_TEST(every_value_says_how_it_is_fitted);
+  RUN_TEST(every_value_states_how_it_is_fitted);
   RUN_TEST(twins_are_other_effects);
   RUN_TEST(without_amplitude_an_effect_is_nothing);
   RUN_TEST(linear_values_are_linear);
@@ -591,7 +591,7 @@ int main(void) {
   RUN_TEST(the_temperature_acts_on_stiffness_zero_and_friction);
   RUN_TEST(the_wind_ups_follow_their_equations);
   RUN_TEST(speed_moment_and_acceleration_act);
-  RUN_TEST(creep_follows_the_logarithm_and_comes_back);
+  RUN_TEST(creep_follows_the_logarithm_and_returns);
   RUN_TEST(load_dependent_friction_makes_a_bow_tie);
   RUN_TEST(effects_in_the_mesh_see_what_friction_leaves);
   RUN_TEST(sensor_lag_shifts_a_ramp);

@@ -211,7 +211,7 @@ static void holding_resetting_and_saving_lose_nothing(void) {
   TEST_ASSERT_TRUE(distance(rest(LM_REAL(0.35), 800).correction_rad, HALF_GAP) < LM_REAL(1e-7));
 }
 
-static void the_binary_form_comes_back_and_a_curve_is_refused(void) {
+static void the_binary_form_is_read_unchanged_and_a_curve_is_refused(void) {
   static uint8_t blob[LM_BLOB_BYTES_MAX];
   lm_parameters loaded;
   size_t length = 0;
@@ -362,7 +362,7 @@ int main(void) {
   RUN_TEST(angles_without_meaning_are_refused_or_clipped);
   RUN_TEST(other_conditions_do_not_matter);
   RUN_TEST(holding_resetting_and_saving_lose_nothing);
-  RUN_TEST(the_binary_form_comes_back_and_a_curve_is_refused);
+  RUN_TEST(the_binary_form_is_read_unchanged_and_a_curve_is_refused);
   RUN_TEST(a_change_of_parameters_makes_no_step);
   RUN_TEST(the_watch_fades_a_gap_out_that_is_not_there);
   RUN_TEST(a_joint_that_turns_endlessly_keeps_its_gap);

@@ -161,7 +161,7 @@ static void the_inverse_undoes_the_model(void) {
   check_round_trips(HISTORIES / 3);
 }
 
-static void the_inverse_knows_its_range(void) {
+static void the_inverse_checks_its_range(void) {
   lm_real torque_Nm = 7;
   lm_real zero = 0;
   TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE,
@@ -439,7 +439,7 @@ int main(void) {
   RUN_TEST(one_big_step_is_many_small_ones);
   RUN_TEST(a_larger_swing_wipes_out_what_went_before);
   RUN_TEST(the_inverse_undoes_the_model);
-  RUN_TEST(the_inverse_knows_its_range);
+  RUN_TEST(the_inverse_checks_its_range);
   RUN_TEST(a_flat_piece_inverts_to_a_torque_on_it);
   RUN_TEST(a_torque_without_meaning_is_the_torque_before);
   RUN_TEST(effects_on_the_torque_do_not_pile_up_while_it_is_missing);

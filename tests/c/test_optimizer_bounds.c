@@ -122,7 +122,7 @@ static void test_a_steel_that_is_not_stated_bears_the_models_250_MPa(void) {
   TEST_ASSERT_EQUAL_INT(0, lm_is_excluded(&problem, 0, &limit));
 }
 
-static void test_only_a_ring_goes_with_external_deformation(void) {
+static void test_only_a_ring_suits_external_deformation(void) {
   int limit = 0;
   read_variant(variants[0], "");
   TEST_ASSERT_EQUAL_INT(0, lm_is_excluded(&problem, 0, &limit)); /* internal, discs */
@@ -149,7 +149,7 @@ int main(void) {
   RUN_TEST(test_no_design_that_holds_is_excluded);
   RUN_TEST(test_what_the_smallest_drive_breaks_is_excluded);
   RUN_TEST(test_a_steel_that_is_not_stated_bears_the_models_250_MPa);
-  RUN_TEST(test_only_a_ring_goes_with_external_deformation);
+  RUN_TEST(test_only_a_ring_suits_external_deformation);
   RUN_TEST(test_the_search_tells_what_pruned_a_combination);
   return UNITY_END();
 }

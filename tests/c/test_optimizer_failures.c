@@ -353,11 +353,11 @@ static void fail_each_call(int resume, int workers) {
   TEST_ASSERT_LESS_THAN_INT(at / 2, silent);
 }
 
-static void test_every_failure_of_a_new_run_is_told(void) {
+static void test_every_failure_of_a_new_run_is_reported(void) {
   fail_each_call(0, 2);
 }
 
-static void test_every_failure_of_a_resumed_run_is_told(void) {
+static void test_every_failure_of_a_resumed_run_is_reported(void) {
   fail_each_call(1, 1);
 }
 
@@ -466,7 +466,7 @@ static void make_task(int kind, lm_task *task) {
 }
 
 /* A refused point is charged, and no other point is derived from it. */
-static void test_a_task_goes_on_past_every_refusal(void) {
+static void test_a_task_continues_past_every_refusal(void) {
   lm_task task;
   int kind;
   open_problem(limits);
@@ -566,7 +566,7 @@ static void test_a_task_stops_at_every_evaluation(void) {
   close_problem();
 }
 
-static void test_an_explanation_goes_on_past_every_refusal(void) {
+static void test_an_explanation_continues_past_every_refusal(void) {
   double relax[LM_LIMIT_COUNT];
   int at = 0;
   open_problem("limit lost_motion_max_arcmin 0.01\n");
@@ -637,7 +637,7 @@ static int rows_of_front(void) {
 
 /* A design of the front that is refused when it is written has no row; a best one that is refused
  * has no certificate. */
-static void test_refusals_at_the_end_of_a_run_are_told(void) {
+static void test_refusals_at_the_end_of_a_run_are_reported(void) {
   char note[LM_NOTE_MAX];
   lm_run *run = NULL;
   volatile int stop = 0;
@@ -655,7 +655,7 @@ static void test_refusals_at_the_end_of_a_run_are_told(void) {
   lm_close_run(run);
 }
 
-static void test_limits_that_cannot_be_explained_are_told_apart(void) {
+static void test_limits_that_cannot_be_explained_are_distinguished(void) {
   char text[2048];
   char note[LM_NOTE_MAX];
   lm_run *run = NULL;
@@ -714,19 +714,19 @@ static void test_a_pool_has_as_many_workers_as_the_machine_cores(void) {
 
 int main(void) {
   UNITY_BEGIN();
-  RUN_TEST(test_every_failure_of_a_new_run_is_told);
-  RUN_TEST(test_every_failure_of_a_resumed_run_is_told);
+  RUN_TEST(test_every_failure_of_a_new_run_is_reported);
+  RUN_TEST(test_every_failure_of_a_resumed_run_is_reported);
   RUN_TEST(test_a_journal_that_another_process_has_is_refused);
   RUN_TEST(test_every_refusal_of_the_model_ends_an_evaluation);
   RUN_TEST(test_every_refusal_of_the_model_ends_a_certificate);
-  RUN_TEST(test_a_task_goes_on_past_every_refusal);
+  RUN_TEST(test_a_task_continues_past_every_refusal);
   RUN_TEST(test_a_settling_whose_last_look_is_refused_is_none);
   RUN_TEST(test_a_gap_that_nothing_opens_is_not_settled);
   RUN_TEST(test_derivatives_that_are_no_numbers_are_refused);
   RUN_TEST(test_a_task_stops_at_every_evaluation);
-  RUN_TEST(test_an_explanation_goes_on_past_every_refusal);
-  RUN_TEST(test_refusals_at_the_end_of_a_run_are_told);
-  RUN_TEST(test_limits_that_cannot_be_explained_are_told_apart);
+  RUN_TEST(test_an_explanation_continues_past_every_refusal);
+  RUN_TEST(test_refusals_at_the_end_of_a_run_are_reported);
+  RUN_TEST(test_limits_that_cannot_be_explained_are_distinguished);
   RUN_TEST(test_a_drive_that_has_no_memory_to_be_written_to_is_null);
   RUN_TEST(test_a_pool_has_as_many_workers_as_the_machine_cores);
   return UNITY_END();

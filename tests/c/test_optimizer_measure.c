@@ -88,7 +88,7 @@ static double single(const double from[], int limit) {
 
 /* --- the drive --- */
 
-static void test_shift_and_deflection_are_told_in_two_ways(void) {
+static void test_shift_and_deflection_are_given_in_two_ways(void) {
   lm_drive a;
   lm_drive b;
   read_with(by_differences, "", "");
@@ -359,7 +359,7 @@ static void test_a_nominal_gap_is_in_every_sampled_drive(void) {
               result[layout.figure_start[LM_FIGURE_TOLERANCE_LOST_MOTION]]);
 }
 
-static void test_what_does_not_hold_is_said(void) {
+static void test_what_does_not_hold_is_reported(void) {
   read_with(by_differences, links, "");
   TEST_ASSERT_EQUAL_INT(LM_OK, certify());
   TEST_ASSERT_EQUAL_INT(certificate->smallest.gap_rad > -1e-6 * (double)ARCMIN, certificate->holds);
@@ -410,7 +410,7 @@ static void test_nothing_and_no_drive_are_refused(void) {
 
 int main(void) {
   UNITY_BEGIN();
-  RUN_TEST(test_shift_and_deflection_are_told_in_two_ways);
+  RUN_TEST(test_shift_and_deflection_are_given_in_two_ways);
   RUN_TEST(test_the_gear_that_turns_gives_the_ratio);
   RUN_TEST(test_a_link_without_a_diameter_has_the_flexsplines);
   RUN_TEST(test_a_whole_grade_is_the_tables_in_the_drive_and_in_the_cost);
@@ -426,7 +426,7 @@ int main(void) {
   RUN_TEST(test_without_a_shift_to_move_the_gap_stays);
   RUN_TEST(test_externally_the_flexspline_moves);
   RUN_TEST(test_a_nominal_gap_is_in_every_sampled_drive);
-  RUN_TEST(test_what_does_not_hold_is_said);
+  RUN_TEST(test_what_does_not_hold_is_reported);
   RUN_TEST(test_gaps_at_the_worst_corner_are_those_of_the_scan);
   RUN_TEST(test_a_constant_objective_has_no_residual);
   RUN_TEST(test_nothing_and_no_drive_are_refused);

@@ -289,7 +289,7 @@ static void test_a_list_holds_what_nothing_is_as_good_as(void) {
 }
 
 /* Each front consists of all designs that none of it or of later fronts dominates. */
-static void test_selection_goes_front_by_front(void) {
+static void test_selection_proceeds_front_by_front(void) {
   lm_solution list[80];
   int first;
   int last;
@@ -438,7 +438,7 @@ int main(void) {
   RUN_TEST(test_rounding_makes_no_front);
   RUN_TEST(test_a_full_list_keeps_its_ends);
   RUN_TEST(test_a_list_holds_what_nothing_is_as_good_as);
-  RUN_TEST(test_selection_goes_front_by_front);
+  RUN_TEST(test_selection_proceeds_front_by_front);
   RUN_TEST(test_refusals_name_line_and_word);
   RUN_TEST(test_values_out_of_range_name_their_key);
   RUN_TEST(test_names_go_both_ways);

@@ -159,7 +159,7 @@ static void tear_journal(long bytes) {
   TEST_ASSERT_TRUE(set_length(path, length - bytes));
 }
 
-static void test_a_stopped_run_goes_on_to_the_same_bytes(void) {
+static void test_a_stopped_run_continues_to_the_same_bytes(void) {
   static const char *const names[] = {"best.toml", "front.csv", "history.csv", "certificate.json"};
   char *whole[4];
   volatile int stop = 1;
@@ -200,7 +200,7 @@ static void put(const char *name, const char *text) {
   fclose(file);
 }
 
-static void test_what_cannot_be_opened_is_told_and_nothing_written(void) {
+static void test_what_cannot_be_opened_is_reported_and_nothing_written(void) {
   char path[5000];
   char journal[256];
   memset(path, 'a', sizeof path);
@@ -858,8 +858,8 @@ int main(int count, char **argument) {
   }
   RUN_TEST(test_a_run_leaves_its_files);
   RUN_TEST(test_a_search_already_there_is_not_overwritten);
-  RUN_TEST(test_a_stopped_run_goes_on_to_the_same_bytes);
-  RUN_TEST(test_what_cannot_be_opened_is_told_and_nothing_written);
+  RUN_TEST(test_a_stopped_run_continues_to_the_same_bytes);
+  RUN_TEST(test_what_cannot_be_opened_is_reported_and_nothing_written);
   RUN_TEST(test_files_that_no_search_wrote_are_not_overwritten);
   RUN_TEST(test_a_link_beside_a_result_is_not_followed);
   RUN_TEST(test_a_journal_with_an_answer_of_no_task_is_refused);

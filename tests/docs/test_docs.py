@@ -17,7 +17,7 @@ NEEDED = ("sphinx", "myst_parser", "furo", "latex2mathml")
 
 
 @pytest.mark.parametrize("page", blocks.pages(), ids=lambda page: page.stem)
-def test_the_blocks_of_a_page_run_and_print_what_it_says(tmp_path: Path, page: Path) -> None:
+def test_the_blocks_of_a_page_run_and_print_what_it_states(tmp_path: Path, page: Path) -> None:
     runner = blocks.Runner(tmp_path)
     for block in blocks.read_blocks(page):
         try:
@@ -54,7 +54,7 @@ def test_the_documentation_builds_without_a_warning(tmp_path: Path) -> None:
         assert not outside, f"{page.name} needs the network: {outside}"
 
 
-def test_the_runner_sees_what_is_wrong(tmp_path: Path) -> None:
+def test_the_runner_finds_what_is_wrong(tmp_path: Path) -> None:
     assert not blocks.differs("a 1.23\nb\nc\n", "a 1.24\n...\nc\n")
     assert "expected" in blocks.differs("a 1.23\n", "a 1.25\n")
     assert "expected" in blocks.differs("a 7\n", "a 8\n")
@@ -76,7 +76,7 @@ def test_the_runner_sees_what_is_wrong(tmp_path: Path) -> None:
         runner.run(found[3])
 
 
-def test_every_status_bit_stands_in_the_table_for_the_host() -> None:
+def test_every_status_bit_is_in_the_table_for_the_host() -> None:
     header = (blocks.DOCS.parents[2] / "lib" / "include" / "lostmotion" / "state.h").read_text()
     bits = re.findall(r"^#define (LM_STATE_\w+) ", header, re.M)
     assert len(bits) >= 20
@@ -94,7 +94,7 @@ def test_the_axis_on_the_page_is_the_example() -> None:
         assert f":caption: {name}\n\n{text}```" in page, name
 
 
-def test_the_decision_for_floating_point_stands_on_the_page_of_costs() -> None:
+def test_the_decision_for_floating_point_is_on_the_page_of_costs() -> None:
     text = (blocks.DOCS / "integration_reference.md").read_text()
     page = re.sub(r"\s+", " ", text).replace(",", "")
     rows = [row.split("|")[1:-1] for row in (blocks.DOCS / "cost.md").read_text().splitlines()]

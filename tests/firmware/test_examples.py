@@ -131,7 +131,7 @@ def test_six_axes_run_from_blobs(tmp_path: Path, target: Target) -> None:
 
 
 @pytest.mark.parametrize("target", [M4F, RV32F], ids=name_of)
-def test_rate_helps_a_loop_on_the_output_as_the_page_says(tmp_path: Path, target: Target) -> None:
+def test_rate_helps_a_loop_on_the_output_as_the_page_states(tmp_path: Path, target: Target) -> None:
     sources = [EXAMPLES / "output_loop" / "main.c", EXAMPLES / "joint" / "motion.c", *PLANT]
     code, text = output_of(target, build(need(target), sources, tmp_path / "output_loop"))
     assert code == 0, text

@@ -72,7 +72,7 @@ def needed() -> set[str]:
     return set(re.findall(r'^  "([\w.-]+)', found[1], re.MULTILINE))
 
 
-def test_an_sdist_has_the_same_bytes_twice_and_says_what_it_is_made_of(tmp_path: Path) -> None:
+def test_an_sdist_has_the_same_bytes_twice_and_states_what_it_is_made_of(tmp_path: Path) -> None:
     environment = build_environment(tmp_path / "backend")
     first, second = (build("sdist", tmp_path / name, environment) for name in ("one", "two"))
     assert first.read_bytes() == second.read_bytes()

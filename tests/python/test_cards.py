@@ -121,13 +121,13 @@ def shape(name: str, **more: object) -> Value:
 
 
 @pytest.mark.parametrize("name", ["threshold_Nm", "gap_rad", "blend_rad_s", "closing_Nm"])
-def test_what_a_value_is_called_does_not_say_whether_it_is_fitted(name: str) -> None:
+def test_what_a_value_is_called_does_not_state_whether_it_is_fitted(name: str) -> None:
     assert one_of(shape(name)).free() == [0]
     assert one_of(Value(name, "fixed", 1.0, 0.0, 2.0)).free() == []
 
 
 @pytest.mark.parametrize("name", ["takeup_Nm", "threshold_Nm", "closing_Nm"])
-def test_torques_start_where_the_card_says(name: str, base: BaselineModel) -> None:
+def test_torques_start_where_the_card_states(name: str, base: BaselineModel) -> None:
     usual = [share * RATED_NM for share in (0.02, 0.1, 0.5)]
     assert grid(one_of(shape(name)), 0, base) == usual
     stated = shape(name, scale="rated_torque", starts=(0.3,))
@@ -148,7 +148,7 @@ def test_a_value_without_a_torque_starts_about_what_is_typical(base: BaselineMod
     assert grid(one_of(shape("exponent", starts=(0.5, 2.0))), 0, base) == [0.5, 2.0]
 
 
-def test_what_is_given_is_told_by_the_card(base: BaselineModel) -> None:
+def test_the_card_states_what_is_given(base: BaselineModel) -> None:
     given = given_values(base, -80.0)
     values = [
         Value(name, "given", 3.0, -1e4, 1e4, scale)
@@ -183,7 +183,7 @@ def test_more_starts_than_a_card_holds_are_refused() -> None:
 
 
 @needs_compiler
-def test_a_card_says_the_same_in_c(tmp_path: Path) -> None:
+def test_a_card_states_the_same_in_c(tmp_path: Path) -> None:
     own = formula(
         "told",
         "size_rad * tanh(torque_Nm / closing_Nm) * threshold_Nm + given + law",

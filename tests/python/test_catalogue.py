@@ -97,7 +97,9 @@ def test_the_knots_lie_on_the_curve_and_reach_the_largest_torque() -> None:
 
 
 @pytest.mark.parametrize("hysteresis_arcmin", [0.5, 1.0, 3.0])
-def test_the_loop_after_full_swings_is_as_wide_as_the_sheet_says(hysteresis_arcmin: float) -> None:
+def test_the_loop_after_full_swings_is_as_wide_as_the_sheet_states(
+    hysteresis_arcmin: float,
+) -> None:
     rated = 67.0
     drive = sheet(TABLE[0], hysteresis_rad=hysteresis_arcmin * ARCMIN)
     found = drive.plays(rated)
@@ -142,7 +144,7 @@ def test_a_preloaded_drive_is_called_one(bought: dict[str, Any]) -> None:
     assert answer["parts_arcmin"]["side_clearance"][0] < 0
 
 
-def test_the_answer_says_that_it_is_an_estimate(bought: dict[str, Any]) -> None:
+def test_the_answer_states_that_it_is_an_estimate(bought: dict[str, Any]) -> None:
     text = " ".join(predict(parse_drive(bought), [1.0, 2.0])["assumptions"])
     for word in ("65%", "34%", "1%", "guaranteed", "Tolerances and engaged teeth"):
         assert word in text

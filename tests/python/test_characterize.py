@@ -86,7 +86,7 @@ def within(found: Estimate, truth: float, dof: float, confidence: float) -> bool
 SEEDS = 200
 
 
-def test_intervals_cover_the_truth_as_often_as_they_say() -> None:
+def test_intervals_cover_the_truth_as_often_as_they_state() -> None:
     """Of 200 drives 68 % and 95 %: binomial limits at 4 standard errors of a share of 200.
 
     Six loops have five degrees of freedom; with coloured noise and loops that differ, errors from
@@ -149,7 +149,7 @@ def test_catalogue_sizes_come_out_within_a_few_percent(
         assert found[name].value == pytest.approx(truth, rel=limit), name
 
 
-def test_a_single_loop_states_larger_errors_and_says_what_is_not_in_them() -> None:
+def test_a_single_loop_states_larger_errors_and_states_what_is_not_in_them() -> None:
     single = characterize(campaign_of(Loop(loops=1), 3), rated_torque_Nm=67.0)
     answer = single.answer()
     assert answer["standard_errors_from"] == "pieces of loops"
@@ -239,7 +239,7 @@ def test_the_figures_follow_the_mean_curve_whatever_its_direction_of_use() -> No
     assert other.hysteresis_loss.value == pytest.approx(one.hysteresis_loss.value, rel=1e-3)
 
 
-def test_one_direction_gives_slopes_and_says_why_there_is_no_lost_motion() -> None:
+def test_one_direction_gives_slopes_and_states_why_there_is_no_lost_motion() -> None:
     runs = []
     for number, (torque, angle) in enumerate(Loop(loops=5).runs(1), start=1):
         up = torque > -0.5
@@ -421,7 +421,7 @@ def test_the_ratio_is_asked_for_or_taken_from_runs_that_turn(
     assert answer["ratio_from"] == "runs that turn"
 
 
-def test_the_sheet_stands_beside_what_was_measured(
+def test_the_sheet_is_beside_what_was_measured(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = Loop(loops=4).write(tmp_path / "loops.csv", ratio=100.0)

@@ -195,7 +195,7 @@ def test_compare_reads_foreign_recordings_by_the_map_of_the_drive(
     assert answer(capsys, *argv) == found
 
 
-def test_a_map_on_the_command_line_goes_before_that_of_the_drive(
+def test_a_map_on_the_command_line_overrides_that_of_the_drive(
     capsys: Capture, write: Write
 ) -> None:
     drive = write(BOUGHT | {"columns": {"T": "torque_mNm"}})
@@ -516,7 +516,7 @@ def test_quiet_prints_nothing_but_the_json_that_was_asked_for(
     assert "not allowed with" in capsys.readouterr().err
 
 
-def test_verbose_says_on_standard_error_what_is_read_and_written(
+def test_verbose_states_on_standard_error_what_is_read_and_written(
     capsys: Capture, write: Write, bought_file: str, tmp_path: Path
 ) -> None:
     rows = "".join(f"{i},{i % 40},{1e-5 * (i % 40)},7\n" for i in range(200))
@@ -548,7 +548,7 @@ def test_nothing_is_coloured_in_a_pipe(bought_file: str, argv: list[str]) -> Non
 
 
 @pytest.mark.parametrize("shell", SHELLS)
-def test_completion_scripts_know_every_command(capsys: Capture, shell: str) -> None:
+def test_completion_scripts_contain_every_command(capsys: Capture, shell: str) -> None:
     found = answer(capsys, "completion", shell)
     assert found["shell"] == shell
     for command in commands():

@@ -111,7 +111,7 @@ def test_the_friction_that_was_put_in_is_found_and_the_rest_is_noise() -> None:
     assert result.invertible
 
 
-def test_friction_outside_the_elasticity_is_told_from_friction_inside() -> None:
+def test_friction_outside_the_elasticity_is_distinguished_from_friction_inside() -> None:
     result = compare(torsion_curve(), campaign(outside=2e-5))
     assert result.friction == "outside"
     inside, outside = result.frictions["inside"], result.frictions["outside"]
@@ -131,7 +131,7 @@ def test_the_base_is_that_of_the_diagnosis() -> None:
     )
 
 
-def test_memory_goes_on_between_runs() -> None:
+def test_memory_continues_between_runs() -> None:
     data = campaign(noise=1e-9, inside=0.4, outside=0.0)
     carried = compare(torsion_curve(), data).rms_rad
     # In another order of the runs their memory is not continuous.
@@ -209,7 +209,7 @@ def test_scatter_between_repeats_belongs_to_the_noise_floor() -> None:
     data = campaign()
     random = np.random.default_rng(5)
     for run in data.runs:
-        # Stiffness scatters by 3 % from run to run: no model of the shared columns can describe that.
+        # Stiffness scatters by 3 % from run to run, which no model of shared columns can describe.
         run.columns["lost_motion"] = run.lost_motion_rad + random.normal(0, 0.03) * torsion_curve()(
             run.torque_Nm
         )
@@ -269,7 +269,7 @@ def test_recordings_without_torque_are_refused() -> None:
         compare(torsion_curve(), data)
 
 
-def test_recordings_whose_lost_motion_stands_still_are_refused() -> None:
+def test_recordings_with_constant_lost_motion_are_refused() -> None:
     data = campaign(3)
     for i, run in enumerate(data.runs):
         run.columns["lost_motion"] = np.round(run.lost_motion_rad, 1) + i
@@ -317,7 +317,7 @@ def test_the_answer_has_every_promised_key_and_is_json() -> None:
     assert "temperature" not in answer["not_testable"]
 
 
-def test_every_effect_whose_column_lacks_is_told_also_an_own_one() -> None:
+def test_every_effect_without_its_column_is_reported_own_ones_too() -> None:
     @effect(values=[Value("pull_rad_per_N", "linear", 1e-6, -1.0, 1.0)], needs=["axial_force_N"])
     def pull(p: Any, at: Any) -> Any:
         return p.pull_rad_per_N * at.axial_force_N

@@ -48,7 +48,7 @@ def test_damaged_inputs_as_processes_of_their_own(tmp_path: Path) -> None:
         assert not complaint, (number, case, complaint)
 
 
-def test_the_judge_sees_tracebacks_warnings_and_files_that_were_written(tmp_path: Path) -> None:
+def test_the_judge_finds_tracebacks_warnings_and_written_files(tmp_path: Path) -> None:
     case = damaged_inputs.Case(["predict"], "none", harmless=True)
     before = damaged_inputs.snapshot(tmp_path)
 

@@ -94,7 +94,7 @@ def test_the_emulated_controller_computes_the_bits_of_the_replay(shown):
     assert on["same_bits"] is True
 
 
-def test_without_the_emulator_it_says_so_and_replays_here_into_the_same_folder(shown, tmp_path):
+def test_without_the_emulator_it_replays_here_into_the_same_folder_and_states_it(shown, tmp_path):
     first, _, _, _ = shown
     folder = tmp_path / "demo"
     shutil.copytree(first, folder)

@@ -278,7 +278,7 @@ DEVIATES = {
 
 
 @pytest.mark.parametrize("seed", range(40))
-def test_probable_limits_hold_what_they_say_and_stay_in_the_worst_case(
+def test_probable_limits_hold_what_they_state_and_stay_in_the_worst_case(
     drawn: Document, seed: int
 ) -> None:
     random = np.random.default_rng(seed)

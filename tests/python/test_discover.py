@@ -154,7 +154,7 @@ def test_friction_that_rises_with_speed_is_drag_and_what_falls_is_stribecks(fric
     assert (found["verdict"], found["effects"]) == ("missing-effect", [name])
 
 
-def test_values_that_make_an_effect_another_are_told():
+def test_values_that_turn_an_effect_into_another_are_reported():
     stribeck = library()["stribeck_friction"]
     lost = [value.name for value in stribeck.values].index("breakaway_Nm")
     for coulomb, breakaway, told in ((0.6, -0.1, lost), (0.6, 0.1, None), (-0.6, -0.1, None)):
@@ -233,7 +233,7 @@ def test_a_sensor_off_by_more_than_the_gap_is_wide_is_no_uneven_spring(off_Nm, w
     assert offset["parameters"]["offset_Nm"] == pytest.approx(-off_Nm, rel=0.1)
 
 
-def test_what_no_effect_explains_is_said_to_hang_on_torque():
+def test_what_no_effect_explains_is_reported_to_depend_on_torque():
     found = answer_of(campaign(seed=3, add=ripple))
     assert found["verdict"] == "unexplained"
     assert found["unexplained"]["depends_on"][0]["covariate"] == "torque"
@@ -295,7 +295,7 @@ def test_runs_of_a_few_samples_get_an_answer():
     assert found["samples"] == 160
 
 
-def test_a_lost_motion_that_stands_still_is_refused():
+def test_a_constant_lost_motion_is_refused():
     still = campaign(runs=6, rows=200)
     for run in still.runs:
         run.columns["lost_motion"][:] = 1e-4

@@ -99,7 +99,7 @@ def test_reml_slope_is_the_derivative_of_its_objective():
 
 @pytest.mark.parametrize("start", [1e-12, 1e-9, 1e-6, 1e-2, 1.0, 1e4])
 @pytest.mark.parametrize("scatter", [0.0, 0.02, 0.5, 20.0])
-def test_reml_comes_to_the_same_end_from_anywhere(start, scatter):
+def test_reml_reaches_the_same_end_from_any_start(start, scatter):
     # Over the logarithm the objective is flat if a variance is nearly zero.
     for seed in range(2):
         evidence = data(seed, scatter=scatter)

@@ -103,7 +103,7 @@ def test_a_span_is_the_distance_of_parallel_tangents_to_two_flanks(model: Design
         assert 2 * last[:, 0].max() == pytest.approx(width, rel=1e-4)
 
 
-def test_contours_stand_where_the_rim_ends(model: DesignModel) -> None:
+def test_contours_are_where_the_rim_ends(model: DesignModel) -> None:
     curves = curves_of(model)
     half_rim = model.drive.flexspline.rim_thickness_mm / 2
     apart = np.hypot(*(curves["generator_seat"] - curves["neutral_line"]).T)

@@ -643,7 +643,7 @@ def test_defaults_follow_the_values_that_the_file_gives() -> None:
     assert drive.flexspline.wall_thickness_mm == pytest.approx(0.6 * 0.7, rel=1e-12)
 
 
-def test_keys_of_one_name_are_told_apart_by_their_dimension() -> None:
+def test_keys_of_one_name_are_distinguished_by_their_dimension() -> None:
     keys = (Key("gap", "rad_per_K"), Key("gap", "rad", required=True))
     found = read_keys("f", "", {"gap_arcmin": 1, "gap_arcsec_per_K": 60}, keys)
     assert found["gap_rad"].value == pytest.approx(found["gap_rad_per_K"].value)

@@ -34,7 +34,7 @@ planar_only = true
 """
 
 
-def test_what_stands_at_an_end_is_listed_with_its_price(
+def test_what_is_at_an_end_is_listed_with_its_price(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     spec = tmp_path / "spec.toml"

@@ -411,7 +411,7 @@ def test_correction_is_reached_within_the_limits_of_the_defaults() -> None:
         (["-o", "nowhere/params.h"], "folder"),
     ],
 )
-def test_bad_options_of_export_are_told_in_one_line(
+def test_bad_options_of_export_are_reported_in_one_line(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], words: list[str], says: str
 ) -> None:
     place = tmp_path / "params.h"
@@ -452,7 +452,7 @@ def test_guarantee_wider_than_the_stiffnesses_bear_is_no_obstacle(
     assert 0 < peak - after < rated_Nm * 1e-3 / sheet["K3_Nm_per_rad"]
 
 
-def test_drive_with_effects_says_how_to_compile(write: Write, bought: dict[str, Any]) -> None:
+def test_drive_with_effects_states_how_to_compile(write: Write, bought: dict[str, Any]) -> None:
     bought["effect"] = [
         {"name": "soft_windup", "windup_arcsec": 10.0, "torque_Nm": 2.0},
         {"name": "creep", "share": 0.01, "onset_s": 1.0},
@@ -503,7 +503,7 @@ def test_export_and_replay_commands(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert json.loads(capsys.readouterr().out)["bits_crc32"] == answer["bits_crc32"]
 
 
-def test_replay_of_a_log_that_begins_in_motion_sees_no_jolt(tmp_path: Path) -> None:
+def test_replay_of_a_log_that_begins_in_motion_has_no_jolt(tmp_path: Path) -> None:
     time = np.arange(50) * 1e-3
     rows = (f"{t:.17g},5,{200 * t:.17g},{2 * t:.17g}" for t in time)
     log = tmp_path / "log.csv"
@@ -516,7 +516,9 @@ def test_replay_of_a_log_that_begins_in_motion_sees_no_jolt(tmp_path: Path) -> N
     assert found["elapsed_s"][0] == 0
 
 
-def test_replay_says_what_it_cannot_use(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_replay_states_what_it_cannot_use(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     drive = str(DATA / "drives" / "size_25.toml")
     blob = tmp_path / "params.bin"
     assert main(["export", drive, "-o", str(blob)]) == 0

@@ -65,7 +65,7 @@ def test_wall_and_diaphragm_in_series_are_the_cup(cup: Cup, bound: float) -> Non
 
 
 @pytest.mark.parametrize("half_angle_deg", [0.0, 20.0, 30.0])
-def test_rollers_deflect_the_rim_as_the_neutral_line_says(half_angle_deg: float) -> None:
+def test_rollers_deflect_the_rim_as_the_neutral_line_states(half_angle_deg: float) -> None:
     c, radius_mm, deflection_mm = core(), 25.3, 0.02
     generator, line = c.ffi.new("lm_generator *"), c.ffi.new("lm_neutral_line *")
     generator.type = c.lib.LM_ROLLERS
@@ -89,7 +89,7 @@ def test_rollers_deflect_the_rim_as_the_neutral_line_says(half_angle_deg: float)
     ("height_mm", "thickness_mm", "load_angle_deg"),
     [(0.5, 0.5, 20), (0.7, 0.5, 20), (0.4, 0.5, 25), (0.5, 0.5, 10)],
 )
-def test_a_tooth_in_its_rim_gives_as_equation_6_and_the_tilt_say(
+def test_a_tooth_in_its_rim_gives_as_equation_6_and_the_tilt(
     height_mm: float, thickness_mm: float, load_angle_deg: float
 ) -> None:
     # A force on a half plane moves it without bound, by the logarithm of its depth: 3 % from 4 to 8
@@ -111,7 +111,7 @@ def test_a_tooth_in_its_rim_gives_as_equation_6_and_the_tilt_say(
     ("height_mm", "thickness_mm", "fillet_mm", "taper"),
     [(0.5, 0.5, 0.1, 0.27), (0.35, 0.4, 0.06, 0.2)],
 )
-def test_a_tooth_with_root_fillets_gives_as_its_outline_says(
+def test_a_tooth_with_root_fillets_gives_as_its_outline_states(
     height_mm: float, thickness_mm: float, fillet_mm: float, taper: float
 ) -> None:
     """Sizes of a double arc of module 0.5; without the fillets the tooth gives 4 % more."""

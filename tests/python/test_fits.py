@@ -195,7 +195,7 @@ def test_a_search_keeps_fits_classes_and_grades(tmp_path: Path, small_spec: dict
     assert len(budget) == 7 <= core().lib.LM_TOLERANCE_CHAIN_MAX
 
 
-def test_predict_tells_the_gap_alone_from_the_lost_motion_with_it(drawn: dict[str, Any]) -> None:
+def test_predict_separates_the_gap_from_the_lost_motion_with_it(drawn: dict[str, Any]) -> None:
     drawn["design"]["tolerance"] = [
         {"kind": "hole", "zone": "generator", "tolerance_class": "H7", "nominal_mm": 48}
     ]
@@ -211,7 +211,7 @@ def test_predict_tells_the_gap_alone_from_the_lost_motion_with_it(drawn: dict[st
     assert without < answer["reversal_lost_motion_arcmin"] < whole["worst"]
 
 
-def test_values_of_the_generator_without_effect_are_said(drawn: dict[str, Any]) -> None:
+def test_values_of_the_generator_without_effect_are_reported(drawn: dict[str, Any]) -> None:
     generator = drawn["design"]["generator"]
     generator |= {"type": "discs", "contact_half_angle_deg": 30, "cam_offset_mm": 2}
     said = " ".join(predict(parse_drive(drawn), [1.0])["assumptions"])

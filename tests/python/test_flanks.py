@@ -581,7 +581,7 @@ def test_the_gear_table_states_no_measures_of_involutes_for_other_flanks() -> No
 
 
 @pytest.mark.parametrize("rigid", [False, True])
-def test_a_tooth_bends_and_is_stressed_as_its_sections_say(rigid: bool) -> None:
+def test_a_tooth_bends_and_is_stressed_as_its_sections_state(rigid: bool) -> None:
     """Equation (6) and the largest 6 M / (b s^2) over 4 000 sections of the outline."""
     model, mesh = made_mesh(published_document())
     outline = made_outline(model, mesh, rigid)
@@ -709,7 +709,7 @@ def test_the_published_motion_has_the_conjugate_zones_but_for_its_first_order() 
     assert max(exactly_mm) < 1e-7 * 0.5
 
 
-def test_backlash_and_relief_open_the_clearance_by_what_they_say() -> None:
+def test_backlash_and_relief_open_the_clearance_by_what_they_state() -> None:
     tight = DesignModel(parse_drive(published_document()).design).clearances()
     wide = DesignModel(parse_drive(published_document(backlash_mm=0.002)).design).clearances()
     near = (np.abs(tight.angle_rad) < math.radians(40)) & np.isfinite(tight.forward_rad)

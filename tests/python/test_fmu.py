@@ -364,7 +364,7 @@ def test_effects_with_memory_and_of_the_output_angle(
     np.testing.assert_allclose(torque, columns["torque"], rtol=0, atol=1e-6)
 
 
-def test_a_fitted_drive_goes_there_and_back(tmp_path: Path) -> None:
+def test_a_fitted_drive_is_written_and_read_unchanged(tmp_path: Path) -> None:
     drive_file = tmp_path / "fitted.toml"
     drive_file.write_text(FITTED, encoding="utf-8")
     file, controller, ratio = write(drive_file, "torque", 3)
@@ -535,7 +535,7 @@ ripple = formula(
 """
 
 
-def test_an_effect_of_the_users_own_goes_into_the_fmu(tmp_path: Path) -> None:
+def test_an_effect_of_the_user_is_in_the_fmu(tmp_path: Path) -> None:
     (tmp_path / "ripple.py").write_text(OWN, encoding="utf-8")
     own = load(tmp_path / "ripple.py")
     bought = read_drive(DATA / "joint" / "joint.toml")

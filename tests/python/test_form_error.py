@@ -33,7 +33,7 @@ def opening_gap(columns, wound):
     return gap(columns, wound) + other_loop(columns, wound)
 
 
-def test_columns_of_the_torques_history_are_odd_and_know_no_rate():
+def test_columns_of_the_torques_history_are_odd_and_independent_of_rate():
     data = campaign(1, runs=6, rows=300)
     turned, slow = (
         Campaign([Run(run.label, "made.csv", dict(run.columns)) for run in data.runs])
@@ -86,7 +86,7 @@ def test_a_drive_of_the_baselines_form_has_no_such_error():
     assert diagnosis.selection.settled[0].base.form_error is None
 
 
-def test_evidence_without_the_forms_error_says_what_it_says_beside_it():
+def test_evidence_without_the_forms_error_has_the_same_content():
     rng = np.random.default_rng(3)
     starts = np.arange(0, 250, 40)
     rows, runs = int(starts[-1]), starts.size - 1

@@ -81,7 +81,7 @@ def test_the_compiled_formula_is_the_evaluated_one(tmp_path: Path) -> None:
 
 
 @needs_compiler
-def test_the_compiled_effect_knows_the_same_of_itself(tmp_path: Path) -> None:
+def test_the_compiled_effect_has_the_same_card(tmp_path: Path) -> None:
     own = everything()
     there = compiled(own, tmp_path)
     assert (there.name, there.kind, there.values, there.needs) == (

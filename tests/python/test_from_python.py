@@ -176,7 +176,7 @@ def test_the_columns_of_a_campaign_make_a_table(warm: Campaign) -> None:
     np.testing.assert_array_equal(np.unique(table["run"]), np.unique(labels))
 
 
-def test_a_column_by_its_name_in_the_file_or_a_line_that_says_which(warm: Campaign) -> None:
+def test_a_column_by_its_name_in_the_file_or_a_line_that_states_which(warm: Campaign) -> None:
     np.testing.assert_array_equal(warm.column("torque_Nm"), warm.column("torque"))
     with pytest.raises(InputError, match=r"torqe.*expected one of time, torque.*did you mean"):
         warm.column("torqe")

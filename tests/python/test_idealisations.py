@@ -17,7 +17,7 @@ from lostmotion.model import design_model
     ("size", "ratio", "row"),
     [(14, 100, "80 and up"), (40, 100, "80 and up"), (20, 50, "50"), (20, 30, "30")],
 )
-def test_catalogue_angles_lie_within_what_is_said(size: int, ratio: int, row: str) -> None:
+def test_catalogue_angles_are_within_what_is_stated(size: int, ratio: int, row: str) -> None:
     with (DATA / "catalogue" / "torsional_stiffness.csv").open(encoding="utf-8") as rows:
         sheet = next(
             r for r in csv.DictReader(rows) if r["size"] == str(size) and r["ratio"] == row
@@ -31,7 +31,7 @@ def test_catalogue_angles_lie_within_what_is_said(size: int, ratio: int, row: st
     assert low - 0.01 <= (t1 / k1 + (t2 - t1) / k2) / found[1] <= high + 0.01
 
 
-def test_uncalibrated_is_said_until_a_support_is_fitted() -> None:
+def test_uncalibrated_is_stated_until_a_support_is_fitted() -> None:
     document, _ = textbook_drive(20, 100, "cosine")
     said = idealisations(design_model(parse_drive(document)))
     low, high = CATALOGUE_OVER_MODEL

@@ -111,7 +111,7 @@ def test_a_short_cup_is_bent_more_by_its_cone() -> None:
     assert found.margin < 0 or found.value > 2 * long
 
 
-def test_every_capacity_check_says_its_rule() -> None:
+def test_every_capacity_check_states_its_rule() -> None:
     model = design_model(parse_drive(drawn(20, 100, 40.0)))
     for check in model.checks():
         assert len(check.meaning) > 20, check.name

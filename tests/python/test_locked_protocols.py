@@ -102,7 +102,7 @@ def test_a_locked_input_needs_no_input_angle_and_no_ratio(tmp_path: Path) -> Non
     assert [f.kind for f in campaign.findings] == ["locked"]
 
 
-def test_what_was_measured_goes_before_what_the_protocol_says(tmp_path: Path) -> None:
+def test_what_was_measured_overrides_the_protocol(tmp_path: Path) -> None:
     columns = locked_output(100.0)
     columns["torque_Nm"] = 1.01 * -100 * columns["motor_torque_Nm"]
     columns["output_angle_rad"] = 1e-5 * columns["torque_Nm"]

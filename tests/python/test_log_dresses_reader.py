@@ -262,14 +262,14 @@ LOOP = [round(4000 * np.sin(0.1 * i)) for i in range(100)]
 
 
 @pytest.mark.parametrize("mark", [",", "'", " ", "\u00a0", "\u202f"])
-def test_separators_of_thousands_are_told_by_the_rest_of_the_file(
+def test_separators_of_thousands_are_found_by_the_rest_of_the_file(
     tmp_path: Path, mark: str
 ) -> None:
     campaign = read(tmp_path, thousands(LOOP, mark, "rad"))
     np.testing.assert_allclose(campaign.column("torque"), np.array(LOOP) / 1000)
 
 
-def test_points_that_separate_thousands_are_told_by_decimal_commas(tmp_path: Path) -> None:
+def test_points_that_separate_thousands_are_found_by_decimal_commas(tmp_path: Path) -> None:
     text = thousands(LOOP, ",", "rad").replace(".", ";").replace(",", ".").replace(";", ",")
     campaign = read(tmp_path, text)
     np.testing.assert_allclose(campaign.column("torque"), np.array(LOOP) / 1000)

@@ -44,7 +44,7 @@ def warm() -> tuple[Campaign, list[Body]]:
     return data, halves(data)
 
 
-def test_two_halves_say_what_the_whole_says(warm: tuple[Campaign, list[Body]]) -> None:
+def test_two_halves_have_the_verdict_of_the_whole(warm: tuple[Campaign, list[Body]]) -> None:
     data, bodies = warm
     whole = diagnosis_of(data).answer()
     found = judge_body(merge_bodies(bodies, ["a", "b"]), library())
@@ -121,7 +121,7 @@ def test_what_no_effect_explains_hangs_on_torque() -> None:
     assert found["unexplained"]["depends_on"][0]["covariate"] == "torque"
 
 
-def test_runs_that_stand_apart_are_named_by_their_campaign() -> None:
+def test_outlying_runs_are_named_by_their_campaign() -> None:
     def oven(columns: dict[str, Any], wound: Any) -> Any:
         hot = columns["input_angle"][0] in (0.7 * 4, 0.7 * 9, 0.7 * 13)
         return 6.0 * hot * np.tanh(wound / 0.2)

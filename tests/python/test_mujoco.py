@@ -287,7 +287,7 @@ def test_another_timestep_is_refused_until_the_damping_is_set() -> None:
         mujoco.mj_step(model, data)
 
 
-def test_what_cannot_have_a_drive_is_told(tmp_path: Path) -> None:
+def test_what_cannot_have_a_drive_is_reported(tmp_path: Path) -> None:
     cases = [
         (one_joint(), "knee", "elbow"),
         (one_joint(armature=0.0), "elbow", "armature"),

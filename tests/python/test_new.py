@@ -39,7 +39,7 @@ def test_proportions_are_those_of_a_catalogue_size() -> None:
     assert textbook_drive(20, 80)[0]["drive"]["rated_torque_Nm"] == pytest.approx(34, rel=0.05)
 
 
-def test_what_no_proportion_mends_is_said_in_the_file_and_in_the_answer(
+def test_what_no_proportion_mends_is_stated_in_the_file_and_in_the_answer(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -50,7 +50,7 @@ def test_what_no_proportion_mends_is_said_in_the_file_and_in_the_answer(
     assert re.search(r"^# check failed: ratcheting_torque \S+ Nm, limit \S+$", text, re.M)
 
 
-def test_rollers_come_closer_until_the_rim_lives() -> None:
+def test_rollers_move_closer_until_the_rim_endures() -> None:
     """A ring under four forces at 20 deg bends less than at 30 deg for the same deflection."""
     document, broken = textbook_drive(20, 30, "rollers")
     assert broken == []
@@ -66,7 +66,7 @@ def test_rollers_come_closer_until_the_rim_lives() -> None:
     assert peak[30] == pytest.approx(1.14, abs=0.005)
 
 
-def test_every_key_of_a_design_stands_in_the_file_and_the_file_means_what_was_made(
+def test_every_key_of_a_design_is_in_the_file_which_reads_as_what_was_made(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = tmp_path / "d.toml"

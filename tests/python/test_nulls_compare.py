@@ -56,7 +56,7 @@ def left(c: Conditions, rng: np.random.Generator, colour: float, scatter: float)
 
 
 @pytest.mark.parametrize(("colour", "scatter"), [(0.0, 0.0), (0.8, 0.0), (0.5, 1.0)])
-def test_no_covariate_is_significant_more_often_than_its_p_says(
+def test_no_covariate_is_significant_more_often_than_its_p_states(
     colour: float, scatter: float
 ) -> None:
     c = conditions(12)

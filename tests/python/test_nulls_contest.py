@@ -49,7 +49,7 @@ def judged():
     ]
 
 
-def test_p_of_the_f_test_is_what_it_says_and_not_far_more_careful(judged) -> None:
+def test_p_of_the_f_test_is_what_it_states_and_not_far_more_careful(judged) -> None:
     p = np.array([result.p for row in judged for result in row])
     # The candidates of one set share its noise: a bound for fewer trials than candidates.
     for level in (0.01, 0.05, 0.2):
@@ -57,7 +57,7 @@ def test_p_of_the_f_test_is_what_it_says_and_not_far_more_careful(judged) -> Non
     assert np.count_nonzero(p <= 0.2) / p.size >= fewest(200, 0.2) / 200
 
 
-def test_p_of_the_sign_flips_is_what_it_says(judged) -> None:
+def test_p_of_the_sign_flips_is_what_it_states(judged) -> None:
     p = np.array([result.flip_p for row in judged for result in row])
     for level in (0.05, 0.2):
         assert np.count_nonzero(p <= level) / p.size <= most(200, level) / 200
@@ -69,7 +69,7 @@ def test_all_gates_together_keep_five_percent_over_all_candidates(judged) -> Non
     assert alarms <= most(40, 0.05)
 
 
-def test_coloured_noise_does_not_look_like_an_effect() -> None:
+def test_coloured_noise_is_not_named_as_an_effect() -> None:
     alarms, trials = 0, 40
     for seed in range(100, 100 + trials):
         contest = Contest(made(seed, coloured=True))
@@ -94,7 +94,7 @@ def test_colour_that_is_not_whitened_would() -> None:
 
 
 @pytest.mark.parametrize("size", [0.0, 1.0])
-def test_intervals_from_the_covariance_hold_the_truth_as_often_as_they_say(size: float) -> None:
+def test_intervals_from_the_covariance_hold_the_truth_as_often_as_they_state(size: float) -> None:
     trials, outside = 120, 0
     for seed in range(trials):
         evidence = made(seed, size=size)
@@ -107,7 +107,7 @@ def test_intervals_from_the_covariance_hold_the_truth_as_often_as_they_say(size:
     assert fewest(trials, 0.05) <= outside <= most(trials, 0.05)
 
 
-def test_equal_effects_are_seldom_told_apart_by_chance() -> None:
+def test_equal_effects_are_seldom_distinguished_by_chance() -> None:
     rng = np.random.default_rng(5)
     trials = 2000
     told = sum(paired_t(*rng.normal(size=(2, RUNS))) >= rules.PAIRED_T for _ in range(trials))
@@ -116,7 +116,7 @@ def test_equal_effects_are_seldom_told_apart_by_chance() -> None:
 
 
 @pytest.mark.parametrize("tail", [30, 1])
-def test_signed_ranks_tell_equal_effects_apart_as_seldom_as_they_say(tail: int) -> None:
+def test_signed_ranks_distinguish_equal_effects_as_seldom_as_stated(tail: int) -> None:
     rng = np.random.default_rng(6)
     trials = 4000
     pairs = rng.standard_t(tail, size=(trials, 2, RUNS))

@@ -45,7 +45,7 @@ def test_noise_of_another_kind_names_nothing(kind: str) -> None:
         assert found.events == [], seed
 
 
-def test_standard_errors_of_a_fit_are_what_they_say() -> None:
+def test_standard_errors_of_a_fit_are_what_they_state() -> None:
     # Nothing depends on temperature: the fitted value is noise and scatter, and its error has to be
     # their size.
     drive = parse_drive(tomllib.loads(DRIVE), "drive.toml")

@@ -43,7 +43,7 @@ def test_several_that_would_hide_each_other_are_found() -> None:
     assert found > 190
 
 
-def test_few_runs_and_runs_that_are_all_alike_tell_nothing() -> None:
+def test_few_runs_and_runs_that_are_all_alike_are_no_evidence() -> None:
     assert apart(np.append(np.zeros(rules.OUTLIER_RUNS_TESTED_LEAST - 2), 1e6), 0.5) == ([], 1.0)
     assert apart(np.ones(40), 0.5) == ([], 1.0)
 
@@ -66,7 +66,7 @@ def test_predicted_deviations_of_a_contest_keep_the_level() -> None:
     assert alarms <= most(trials, rules.OUTLIER_RUNS_LEVEL)
 
 
-def test_runs_that_stand_apart_in_a_contest_are_named_with_their_part() -> None:
+def test_outlying_runs_in_a_contest_are_named_with_their_part() -> None:
     found = find_outlier_runs(contest_of(1, odd=3.0), LOADS)
     assert found is not None
     assert (found.part, found.runs) == ("friction", [7, 8])
@@ -105,7 +105,7 @@ def test_runs_of_a_load_far_from_any_other_hang_on_it_if_all_lean_one_way() -> N
     assert not parted_by(load, [1], leaning(values, [1]))
 
 
-def test_runs_that_stand_apart_are_said_in_a_sentence() -> None:
+def test_outlying_runs_are_reported_in_a_sentence() -> None:
     labels = [str(run) for run in range(1, 9)]
     assert OutlierRuns("gap", [3], [1.0], 0.1).told(labels, 0.5) == {
         "covariate": "run",

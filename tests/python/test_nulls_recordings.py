@@ -117,7 +117,7 @@ def test_noise_holds_no_outliers(colour: float) -> None:
 
 
 @pytest.mark.parametrize("colour", [0.0, 0.5, 0.85])
-def test_p_of_a_step_is_what_it_says_where_there_is_none(colour: float) -> None:
+def test_p_of_a_step_is_what_it_states_where_there_is_none(colour: float) -> None:
     trials, rows = 200, 800
     rng = np.random.default_rng(7)
     base = BaselineModel(Conditions(campaign(rng, runs=1, rows=rows)), 40.0)

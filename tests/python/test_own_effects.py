@@ -94,7 +94,7 @@ def test_the_python_template_runs_and_passes_its_own_test(tmp_path, monkeypatch)
 
 
 @needs_compiler
-def test_the_c_template_passes_its_own_test_and_is_made_as_its_head_says(tmp_path):
+def test_the_c_template_passes_its_own_test_and_is_made_as_its_head_states(tmp_path):
     write_template(tmp_path, in_c=True)
     run_its_test(tmp_path)
     head = (tmp_path / "cable_pull.c").read_text().partition("*/")[0]

@@ -42,7 +42,7 @@ def test_a_link_in_the_place_of_a_result_is_refused(tmp_path: Path) -> None:
         claim(tmp_path, ["a.toml"])
 
 
-def test_a_list_that_is_none_knows_nothing(tmp_path: Path) -> None:
+def test_an_empty_list_contains_nothing(tmp_path: Path) -> None:
     (tmp_path / LIST).write_bytes(b"\xff\n\nx")
     (tmp_path / "a.toml").write_text("mine")
     with pytest.raises(InputError, match=r"a\.toml"):

@@ -24,7 +24,7 @@ def test_columns_that_change_together_are_reported():
     assert {"temperature_C", "cycles"} in pairs
 
 
-def test_angles_that_the_gear_binds_are_not_told_to_be_varied_alone():
+def test_angles_bound_by_the_gear_are_not_recommended_to_vary_alone():
     data = campaign(seed=1)
     for r, run in enumerate(data.runs):
         run.columns["input_angle"] = np.full(len(run), 0.3 * ((7 * r) % len(data.runs)))

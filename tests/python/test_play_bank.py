@@ -110,7 +110,7 @@ def test_both_precisions_agree(c: Core) -> None:
     np.testing.assert_allclose(angle(c, torque), angle(core(64), torque), atol=0.001 * ARCMIN)
 
 
-def test_a_refused_bank_says_which_input_and_range(c: Core) -> None:
+def test_a_refused_bank_states_which_input_and_range(c: Core) -> None:
     play = c.ffi.new("lm_play[]", 1)
     play[0].radius_Nm, play[0].widening = 1.0, 1.5
     built = c.ffi.new("lm_play_bank *")

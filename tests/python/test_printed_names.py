@@ -206,7 +206,7 @@ def parsed(name: str) -> bool:
         return False
 
 
-def test_every_column_that_check_and_forecast_ask_for_is_one_that_they_read(
+def test_every_column_that_check_and_forecast_request_is_one_that_they_read(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = tmp_path / "bare.csv"

@@ -269,7 +269,7 @@ def test_a_file_with_neither_the_column_nor_the_map_s_source_is_refused(write: W
 
 
 @pytest.mark.parametrize("read", [read_campaign, sample_campaign])
-def test_a_quantity_that_only_some_runs_have_is_told(
+def test_a_quantity_that_only_some_runs_have_is_reported(
     write: Write, read: Callable[..., Campaign]
 ) -> None:
     folder = write(f"{HEAD},temperature_C\n0,1,1e-4,20\n1,2,2e-4,21\n", "a.csv").parent
@@ -398,15 +398,13 @@ def test_decimal_commas_are_read_where_commas_do_not_separate(write: Write, deli
 @pytest.mark.parametrize(
     ("number", "separator"), [("1,5", ","), ("1.234,5", ";"), ("1,234.5", ";"), ("1,2,3", ";")]
 )
-def test_commas_of_which_nobody_knows_what_they_mean_are_refused(
-    write: Write, number: str, separator: str
-) -> None:
+def test_ambiguous_commas_are_refused(write: Write, number: str, separator: str) -> None:
     text = separator.join(HEAD.split(",")) + f'\n0{separator}"{number}"{separator}0\n'
     with pytest.raises(InputError, match=r"torque_Nm: found .* expected a number"):
         read_campaign(write(text, "a.csv"))
 
 
-def test_several_recordings_in_one_file_are_told_to_need_a_column(write: Write) -> None:
+def test_several_recordings_in_one_file_require_a_column(write: Write) -> None:
     text = f"{HEAD}\n" + "".join(f"{i % 10},{i},{i}\n" for i in range(40))
     (finding,) = read_campaign(write(text, "a.csv")).findings
     assert (finding.kind, finding.count) == ("backward_time", 3)
@@ -468,9 +466,7 @@ def test_a_frozen_sensor_is_reported_and_its_readings_left_out(write: Write) -> 
 
 
 @pytest.mark.parametrize("dead", ["input_angle", "output_angle"])
-def test_an_encoder_that_stands_still_while_the_other_turns_is_reported(
-    write: Write, dead: str
-) -> None:
+def test_an_encoder_at_rest_while_the_other_turns_is_reported(write: Write, dead: str) -> None:
     output = 0.005 * np.arange(2000)
     torque = 30 * np.sin(0.02 * np.arange(2000))
     angles = {"input_angle": 100 * (output - torque / 3e4), "output_angle": output}
@@ -578,7 +574,7 @@ def test_another_ratio_does_not_make_turns(write: Write) -> None:
 @pytest.mark.parametrize(
     ("stated", "told"), [(-100, True), (101, True), (50, True), (100, False), (100.02, False)]
 )
-def test_a_wrong_ratio_is_said_where_the_drive_turns(
+def test_a_wrong_ratio_is_reported_where_the_drive_turns(
     write: Write, stated: float, told: bool
 ) -> None:
     campaign = read_campaign(write(turning(0.05 * np.arange(900)), "a.csv"), ratio=stated)
@@ -650,7 +646,7 @@ def test_angles_at_the_end_of_the_floating_point_have_a_scale_too(write: Write) 
     assert kinds(campaign) == {"scale": 100}
 
 
-def test_noise_says_nothing_about_the_scale(write: Write) -> None:
+def test_noise_is_no_evidence_of_the_scale(write: Write) -> None:
     torque = 0.01 * np.sin(np.arange(400) / 20)
     angle = 1e-4 * np.random.default_rng(1).normal(size=400)
     rows = "".join(

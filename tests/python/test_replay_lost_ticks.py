@@ -105,7 +105,7 @@ def test_ticks_that_were_not_recorded_are_counted_and_stepped_across_once(tmp_pa
     assert "with its length as elapsed_s" in note
 
 
-def test_a_clock_that_stands_or_is_not_a_number_counts_a_period_a_tick(tmp_path: Path) -> None:
+def test_a_clock_at_rest_or_not_a_number_counts_a_period_a_tick(tmp_path: Path) -> None:
     columns = loop(100)
     columns["time_s"][40] = columns["time_s"][39]
     columns["time_s"][70] = np.nan
@@ -146,7 +146,7 @@ def test_angles_keep_their_turns_where_rows_were_left_out(tmp_path: Path) -> Non
         np.testing.assert_array_equal(told[name], whole[name])
 
 
-def test_the_command_says_what_the_log_lacks_and_writes_every_tick(
+def test_the_command_states_what_the_log_lacks_and_writes_every_tick(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     columns = loop()

@@ -487,7 +487,7 @@ def test_residual_in_the_csv_is_measured_minus_model(page):
     assert rms == pytest.approx(result.rms_rad / ARCMIN, rel=1e-6)
 
 
-def test_empty_cells_stand_for_what_is_not_finite():
+def test_empty_cells_replace_what_is_not_finite():
     assert FigureData("t", {"a_mm": [1.5, math.inf], "b": ["x,y", "z"]}).csv() == (
         'a_mm,b\n1.5,"x,y"\n,z\n'
     )
@@ -530,7 +530,7 @@ def test_a_page_draws_its_plots_by_itself(page, report):
     assert text.count('id="plotly-packed"') == 1
 
 
-def test_page_says_how_it_was_made(page):
+def test_page_states_how_it_was_made(page):
     _, result = measured()
     assert "lostmotion demo -o demo" in page.text
     assert result.campaign.fingerprint() in page.text
@@ -628,7 +628,7 @@ def test_the_verdict_leads_the_page_of_a_diagnosis():
     assert not any("depends on" in title for title in titles)
 
 
-def test_findings_stand_before_the_pictures(tmp_path):
+def test_findings_are_before_the_pictures(tmp_path):
     path = tmp_path / "report.html"
     log = (LOOPS / "base_onyx_runin5.csv").read_text().splitlines()
     names = log[0].split(",")
@@ -649,7 +649,7 @@ def test_the_runs_of_a_shape_are_counted_from_one():
     assert found[0].tolist() == [1, 1, 2]
 
 
-def test_long_names_of_runs_keep_what_tells_them_apart():
+def test_long_names_of_runs_keep_what_distinguishes_them():
     names = [f"2024-07-11__ramp__runin_{i}_after_relubrication" for i in (1, 13, 14)]
     assert abridged(names) == ["…1…", "…13…", "…14…"]
     assert abridged(names[1:]) == ["…13…", "…14…"]
@@ -705,7 +705,7 @@ def test_nothing_is_written_when_a_place_is_wrong(tmp_path, capsys):
     assert "--json" in capsys.readouterr().err
 
 
-def test_a_long_slim_table_stands_in_two_halves_and_a_folded_one_opens_when_asked() -> None:
+def test_a_long_slim_table_is_in_two_halves_and_a_folded_one_opens_on_request() -> None:
     rows = [(f"n{i}", f"{i * i}") for i in range(31)]
     page = rows_html(PageTable("Squares", ("number", "square"), rows, (1,)))
     assert page.count("<table>") == page.count("<thead>") == 2

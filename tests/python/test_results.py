@@ -100,7 +100,7 @@ def test_what_a_prediction_needs_and_has_not_is_named(fitted: lm.FittedModel) ->
         fitted.predict(lm.read_campaign(table, ratio=RATIO))
 
 
-def test_a_copy_by_pickle_says_the_same(fitted: lm.FittedModel) -> None:
+def test_a_copy_by_pickle_states_the_same(fitted: lm.FittedModel) -> None:
     for other in (pickle.loads(pickle.dumps(fitted)), copy.deepcopy(fitted)):
         np.testing.assert_array_equal(other.predict(), fitted.predict())
         assert other.answer() == fitted.answer()

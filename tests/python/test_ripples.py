@@ -53,13 +53,13 @@ def test_a_ripple_of_any_order_is_no_noise(order: float) -> None:
     assert told["output_angle"] == pytest.approx(order * RATIO, abs=resolved * RATIO)
 
 
-def test_what_is_told_is_no_order_that_competes_anyway() -> None:
+def test_what_is_reported_is_no_order_that_competes_anyway() -> None:
     (ripple,) = ripples(base_of(turning(5, 3.0, 2.0)))
     assert abs(float(ripple.name.split()[1]) - 3.0) > 1.0 / TURNS
     assert ripple.trials > 50
 
 
-def test_angles_that_stand_still_have_no_ripples() -> None:
+def test_constant_angles_have_no_ripples() -> None:
     assert ripples(base_of(campaign(seed=5, rows=300, warm=False))) == []
 
 

@@ -206,7 +206,7 @@ def test_an_encoder_that_begins_anew_is_not_read_between(tmp_path: Path) -> None
     assert np.max(np.abs(lost - lost_at(run.time_s) + lost_at(run.time_s[0]))) < 6e-5
 
 
-def test_several_publishers_of_one_topic_are_told_apart_by_their_joints(tmp_path: Path) -> None:
+def test_several_publishers_of_one_topic_are_distinguished_by_their_joints(tmp_path: Path) -> None:
     hand = [
         (stamp_ns, "/joint_states", joint_state(stamp_ns, ["finger"], [0.5]))
         for stamp_ns in stamps(40, 20, START_NS + 333)
@@ -275,7 +275,7 @@ def test_the_clock_is_the_headers_until_the_time_of_receipt_is_asked_for(tmp_pat
     assert np.ptp(np.diff(received.time_s)) > 1e-4
 
 
-def test_stamps_of_another_clock_are_told(tmp_path: Path) -> None:
+def test_stamps_of_another_clock_are_reported(tmp_path: Path) -> None:
     def received(stamp_ns: int) -> int:
         return stamp_ns + 200_000
 
@@ -309,7 +309,7 @@ def test_a_nanosecond_survives(tmp_path: Path) -> None:
     assert found.tolist() == [0.0, 1e-9, 3e-9, 1.000000007, 3000000.000000001]
 
 
-def test_without_rosbags_one_line_says_what_to_install(
+def test_without_rosbags_one_line_states_what_to_install(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     bag = write_bag(tmp_path / "bag", arm(10))

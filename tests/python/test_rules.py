@@ -10,7 +10,7 @@ from lostmotion import rules
 ORIGINS = ("Derived: ", "Conventional: ", "Chosen: ")
 
 
-def test_every_threshold_says_what_it_means_and_where_it_comes_from() -> None:
+def test_every_threshold_states_its_meaning_and_source() -> None:
     body = ast.parse(Path(rules.__file__).read_text()).body[1:]
     names = body[::2]
     assert len(names) > 40

@@ -75,7 +75,7 @@ def test_a_sample_without_thinning_is_what_the_reader_reads(folder: Path) -> Non
     assert not [f for f in sampled.findings if f.kind == "sampled"]
 
 
-def test_a_sample_stays_within_its_rows_and_says_so(folder: Path) -> None:
+def test_a_sample_stays_within_its_rows_and_states_it(folder: Path) -> None:
     sampled = sample_campaign([folder], ratio=RATIO, rows=4000)
     assert len(sampled.runs) == 12
     assert sampled.recorded_rows == 24000
@@ -287,7 +287,7 @@ def test_a_parquet_file_without_rows_is_refused(
         read([tmp_path])
 
 
-def test_a_sample_tells_of_clocks_and_columns_what_the_reader_tells(tmp_path: Path) -> None:
+def test_a_sample_reports_of_clocks_and_columns_what_the_reader_reports(tmp_path: Path) -> None:
     time = 0.01 * np.arange(900)
     time[[100, 256, 301]] = time[[99, 255, 300]]
     time[512:] -= 1.0

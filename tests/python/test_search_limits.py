@@ -64,7 +64,7 @@ LIMITS_THAT_CONTRADICT: dict[str, dict[str, float]] = {
 
 
 @pytest.mark.parametrize("limits", LIMITS_THAT_CONTRADICT.values(), ids=LIMITS_THAT_CONTRADICT)
-def test_limits_relaxed_as_said_have_a_design(
+def test_limits_relaxed_as_stated_have_a_design(
     limits: dict[str, float],
     write_spec: Write,
     small_spec: dict[str, Any],
@@ -90,7 +90,7 @@ def test_limits_relaxed_as_said_have_a_design(
     assert not (tmp_path / "again" / "nearest.csv").exists()
 
 
-def test_a_small_budget_says_what_it_did_not_reach(
+def test_a_small_budget_states_what_it_did_not_reach(
     write_spec: Write,
     small_spec: dict[str, Any],
     tmp_path: Path,
@@ -143,7 +143,7 @@ def test_search_that_finds_its_first_design_late_has_its_report(
     assert "Progress of the search" in (run / "report.html").read_text()
 
 
-def test_what_the_fine_check_finds_is_told(
+def test_what_the_fine_check_finds_is_reported(
     write_spec: Write, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     spec = copy.deepcopy(ONE_VARIABLE)
@@ -163,7 +163,7 @@ def test_what_the_fine_check_finds_is_told(
     assert "does not hold on the fine check" in said.err
 
 
-def test_stiffness_beyond_reach_says_how_far_it_has_to_fall(
+def test_stiffness_beyond_reach_states_how_far_it_has_to_fall(
     write_spec: Write, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     spec = copy.deepcopy(ONE_VARIABLE)

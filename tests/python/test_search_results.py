@@ -117,7 +117,7 @@ def test_every_design_of_the_front_is_a_drive_with_margins(
         assert float(row.split(",")[place]) == pytest.approx(one["figures"]["stiffness"])
 
 
-def test_a_package_without_the_search_says_what_is_missing(
+def test_a_package_without_the_search_states_what_is_missing(
     searched: tuple[Path, Path, dict[str, bytes]], tmp_path: Path
 ) -> None:
     code = (
@@ -186,7 +186,7 @@ def test_what_is_certified_holds_however_many_sections_share_the_load(
     assert [c.name for c in broken if c.name not in ADVICE] == []
 
 
-def test_planar_only_is_asked_for_and_said(
+def test_planar_only_is_requested_and_stated(
     write_spec: Write, tmp_path: Path, small_spec: Any
 ) -> None:
     small_spec["search"]["fixed"]["planar_only"] = True

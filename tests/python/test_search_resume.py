@@ -31,7 +31,7 @@ from lostmotion.errors import InputError
 pytest.importorskip("lostmotion._search", reason=NO_SEARCH)
 
 
-def test_progress_tells_where_the_search_stands(
+def test_progress_reports_the_state_of_the_search(
     write_spec: Write, small_spec: dict[str, Any], tmp_path: Path
 ) -> None:
     seen: list[dict[str, Any]] = []
@@ -47,7 +47,7 @@ def test_progress_tells_where_the_search_stands(
     assert all(a["evaluations"] <= b["evaluations"] for a, b in itertools.pairwise(seen))
 
 
-def test_an_error_in_progress_ends_the_search_and_comes_back(
+def test_an_error_in_progress_ends_the_search_and_is_raised(
     write_spec: Write, small_spec: dict[str, Any], tmp_path: Path
 ) -> None:
     def fails(_: dict[str, Any]) -> None:
@@ -236,7 +236,7 @@ def test_a_dask_cluster_gives_the_same_bytes_also_when_a_worker_is_killed(
     assert left_by(tmp_path / "hurt") == expected
 
 
-def test_a_cluster_that_does_not_answer_is_told_in_one_line(
+def test_a_cluster_that_does_not_answer_is_reported_in_one_line(
     searched: tuple[Path, Path, dict[str, bytes]],
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],

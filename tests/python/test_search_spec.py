@@ -23,7 +23,7 @@ pytest.importorskip("lostmotion._search", reason=NO_SEARCH)
 # --- specs ---
 
 
-def test_the_shortest_spec_runs_and_says_what_it_took_for_granted(tmp_path: Path) -> None:
+def test_the_shortest_spec_runs_and_states_what_it_took_for_granted(tmp_path: Path) -> None:
     spec = tmp_path / "spec.toml"
     spec.write_text(
         """
@@ -57,7 +57,9 @@ def test_any_unit_of_the_right_dimension_gives_the_same_search(small_spec: dict[
 
 
 @pytest.mark.parametrize("width_um", [5, 25, 25.1, 39, 231.7, 250])
-def test_a_stated_field_is_as_wide_as_it_says(small_spec: dict[str, Any], width_um: float) -> None:
+def test_a_stated_field_is_as_wide_as_it_states(
+    small_spec: dict[str, Any], width_um: float
+) -> None:
     del small_spec["search"]["range"]["tolerance.0.it_grade"]
     small_spec["design"]["tolerance"][0].update(lower_um=-4, upper_um=width_um - 4)
     said = re.search(r"^fixed tolerance\.0\.grade (.+)$", parse_spec(small_spec).text, re.MULTILINE)

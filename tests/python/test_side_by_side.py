@@ -18,7 +18,7 @@ from lostmotion.side_by_side import sweep
 DRIVES = [DATA / "drives" / f"{name}.toml" for name in ("reference_a", "external_ring", "size_25")]
 
 
-def test_each_drive_has_a_row_of_what_predict_says(tmp_path: Path) -> None:
+def test_each_drive_has_a_row_of_what_predict_states(tmp_path: Path) -> None:
     table, answer = tmp_path / "out.csv", tmp_path / "out.json"
     arguments = ["predict", *map(str, DRIVES), "--table", str(table), "--json", str(answer)]
     assert main(arguments) == 0
@@ -41,7 +41,7 @@ def test_each_drive_has_a_row_of_what_predict_says(tmp_path: Path) -> None:
     ]
 
 
-def test_a_sweep_changes_one_key_and_says_what_it_refuses(
+def test_a_sweep_changes_one_key_and_states_what_it_refuses(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     report = tmp_path / "sweep.html"

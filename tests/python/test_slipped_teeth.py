@@ -74,7 +74,7 @@ def test_a_slip_leaves_nothing_behind_where_another_run_has_its_loads():
     assert found["ladder"][-1]["rms_heldout_arcsec"] < 3
 
 
-def test_merged_evidence_knows_them_as_events_of_one_campaign():
+def test_merged_evidence_has_them_as_events_of_one_campaign():
     drive = parse_drive(tomllib.loads(DRIVE))
     both = [overloaded(campaign(seed), limit) for seed, limit in ((5, 2.1 * RATED_NM), (6, 1e9))]
     bodies = [gather_body(diagnose(drive, data), library(), RATIO) for data in both]

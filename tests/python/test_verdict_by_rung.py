@@ -32,7 +32,7 @@ def test_a_small_doubt_behind_a_certain_effect_leaves_the_answer_certain() -> No
     assert minor_doubts([("wear", OPEN, 0.02)], 1.0) == []
 
 
-def test_what_is_certain_is_said_apart_from_what_is_open() -> None:
+def test_what_is_certain_is_stated_apart_from_what_is_open() -> None:
     answer = {
         "verdict": "ambiguous",
         "effects": ["thermal_gap", "wear", "creep"],

@@ -96,7 +96,7 @@ def test_a_sudden_step_is_reported_once() -> None:
     assert "depends on torque: gap, smooth" in out.getvalue()
 
 
-def test_what_stands_out_and_does_not_count_is_said_to_be_too_small() -> None:
+def test_what_is_significant_and_does_not_count_is_reported_as_too_small() -> None:
     strong = {"testable": True, "evidence": 9.0, "p": 1e-4, "confused_with": [], "parameters": {}}
     candidates = [
         {**strong, "name": "creep", "size_arcsec": 0.1234, "too_small": True},
@@ -153,7 +153,7 @@ def test_a_fit_that_is_worse_than_a_constant_explains_nothing(
     )
 
 
-def test_runs_that_begin_elsewhere_are_told(
+def test_runs_that_begin_elsewhere_are_reported(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     data = campaign(runs=8)
@@ -241,7 +241,9 @@ def test_the_workbench_reads_a_fitted_drive_as_the_commands_do(
         bench.close()
 
 
-def test_next_says_what_the_diagnosis_was(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_next_states_what_the_diagnosis_was(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     words = ("next", folder / "drive.toml", folder / "warm.csv", "--plan", folder / "warm.csv")
     printed = said(capsys, *words)
     assert printed.startswith("Missing: thermal_gap.\n\nto decide between thermal_gap, ")
@@ -258,7 +260,7 @@ def test_evidence_of_any_size_is_written_without_a_power_of_ten() -> None:
     assert "run fast: 48100 nats, 96300 a minute" in out.getvalue()
 
 
-def test_an_effect_that_a_file_names_and_nobody_knows_is_told_with_the_file() -> None:
+def test_an_unknown_effect_named_by_a_file_is_reported_with_the_file() -> None:
     with pytest.raises(InputError, match=r"own\.toml: flange: found no such effect, .*--effects"):
         term_from({"name": "flange", "bend_rad": 1e-6}, library(), "own.toml")
 
@@ -274,7 +276,7 @@ def test_a_plan_needs_no_lost_motion(
     assert "thermal_gap" in capsys.readouterr().out
 
 
-def test_a_forecast_of_few_runs_says_so(
+def test_a_forecast_of_few_runs_states_it(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     rows = (folder / "warm.csv").read_text().splitlines()

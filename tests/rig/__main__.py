@@ -62,7 +62,9 @@ def _parser() -> argparse.ArgumentParser:
     suite.add_argument("--effect", action="append", default=[], choices=sorted(HIDDEN))
     suite.add_argument("--every", type=int, default=1, help="take every so many seeds only")
     suite.add_argument(
-        "--no-confounded", action="store_true", help="faster: skip the search for confounded effects"
+        "--no-confounded",
+        action="store_true",
+        help="faster: skip the search for confounded effects",
     )
 
     show = commands.add_parser("show", help="what each effect needs to leave a residual")

@@ -130,7 +130,7 @@ def test_the_end_does_not_depend_on_the_number_of_steps(steps: int) -> None:
     assert end == pytest.approx(quasi_static(drive(), path(*way)).angle_rad[-1], abs=1e-4 * ARCSEC)
 
 
-def test_memory_goes_on_from_one_stretch_to_the_next() -> None:
+def test_memory_continues_from_one_stretch_to_the_next() -> None:
     torque = path(0, 1, -0.5, 0.3)
     whole = quasi_static(drive(), torque).angle_rad
     memory = Memory()
@@ -157,7 +157,7 @@ def test_a_mass_is_at_rest_when_a_recording_starts_and_swings_when_the_torque_ju
 
 
 @pytest.mark.parametrize("number", range(len(SIZES)))
-def test_loops_look_like_those_of_a_strain_wave_drive(number: int) -> None:
+def test_loops_have_the_form_of_a_strain_wave_drive(number: int) -> None:
     made = TestBench(number, number, "third", sheet_error=0.0).drive
     ramp = np.linspace(0, made.rated_torque_Nm, 300)
     loop = np.concatenate([ramp, ramp[::-1], -ramp, -ramp[::-1], ramp, ramp[::-1]])
@@ -291,7 +291,7 @@ def test_what_a_plan_cannot_show_is_refused(name: str) -> None:
         bench().magnitude_for(name, 0.5)
 
 
-def test_what_rises_together_cannot_be_told_apart_and_what_does_not_can() -> None:
+def test_what_rises_together_cannot_be_distinguished_and_what_does_not_can() -> None:
     aliased = make_campaign(850, 2, {"thermal_gap": 0.5}, "aliased")
     assert twins_of(aliased).keys() == {"wear"}
     standard = make_campaign(850, 2, {"thermal_gap": 0.5}, "third")
@@ -350,7 +350,7 @@ def test_the_standard_plan_is_that_of_the_shared_campaigns() -> None:
     assert counts == {"loop": 18, "turning": 9, "hold": 2, "fast loop": 2}
 
 
-def test_turning_goes_round_once_and_comes_back_without_a_jump_of_speed() -> None:
+def test_turning_is_one_turn_and_back_without_a_jump_of_speed() -> None:
     plan = make_plan("standard", 100, np.random.default_rng(0))
     for rows, kind in zip(plan.slices(), plan.kinds, strict=True):
         if kind == "turning":
