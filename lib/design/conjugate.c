@@ -314,11 +314,10 @@ static maker scan_radius(const generation *g, lm_real radius) {
       const lm_real angle = SCAN_STEP * LM_REAL(i - SCAN_BEHIND);
       const lm_flank_foot foot = foot_on(g, &g->scan[i], radius, ROUGH_STEPS);
       const lm_placement *p = &g->scan[i];
-      now =
-          real_near_atan(
-              (foot.along_mm * p->tilt_sin + foot.across_mm * p->tilt_cos) /
-              (p->radius_mm + foot.along_mm * p->tilt_cos - foot.across_mm * p->tilt_sin)) +
-          lead_of(g, p, angle);
+      now = real_near_atan(
+                (foot.along_mm * p->tilt_sin + foot.across_mm * p->tilt_cos) /
+                (p->radius_mm + foot.along_mm * p->tilt_cos - foot.across_mm * p->tilt_sin)) +
+            lead_of(g, p, angle);
     }
     if (real_isfinite(last) && last >= before && last >= now) {
       candidate[candidates] = SCAN_STEP * LM_REAL(i - 1 - SCAN_BEHIND);

@@ -290,9 +290,8 @@ static flank_point bracketed_minimum(const flank_pair *pair, const flank_point *
       const lm_real width = b.foot_mm - a.foot_mm;
       const lm_real bend = LM_REAL(3) * (a.gap_rad - b.gap_rad) / width + a.gap_slope + b.gap_slope;
       const lm_real root = real_sqrt(bend * bend - a.gap_slope * b.gap_slope);
-      middle =
-          general_point(pair, b.foot_mm - width * (b.gap_slope + root - bend) /
-                                              (b.gap_slope - a.gap_slope + LM_REAL(2) * root));
+      middle = general_point(pair, b.foot_mm - width * (b.gap_slope + root - bend) /
+                                                   (b.gap_slope - a.gap_slope + LM_REAL(2) * root));
       curvature = LM_REAL(2) * root / width;
     }
     step = LM_REAL(0);
@@ -427,8 +426,7 @@ static flank_point general_minimum(const flank_pair *pair, const flank_ends *at,
     const lm_real to = reach < high->foot_mm ? reach : high->foot_mm;
     steps = to > from ? 1 + (int)((to - from) / (SAMPLE_MODULES * module)) : 0;
     for (i = 1; i <= steps; i++) {
-      const flank_point now =
-          general_point(pair, from + (to - from) * LM_REAL(i) / LM_REAL(steps));
+      const flank_point now = general_point(pair, from + (to - from) * LM_REAL(i) / LM_REAL(steps));
       see(&d, &now);
       if (falls_and_rises(&before, &now)) {
         const lm_real lowest = bracket_floor(&before, &now);

@@ -80,8 +80,7 @@ lm_status lm_tabulate_rigid_points(const lm_flank_points *points, const lm_geome
 lm_involute_point lm_evaluate_conjugate(const lm_conjugate *conjugate, lm_real radius_mm);
 
 /* Without the angles: the half angle, and the tangent of the flank against the radius. */
-lm_real lm_conjugate_half_angle(const lm_conjugate *conjugate, lm_real radius_mm,
-                                lm_real *tangent);
+lm_real lm_conjugate_half_angle(const lm_conjugate *conjugate, lm_real radius_mm, lm_real *tangent);
 
 /* Contact of a point of the flexspline's flank with the flank that it generates. */
 typedef struct lm_conjugate_contact {
