@@ -4,6 +4,11 @@ float lm_axis_reported(const lm_axis *a, float motor_rad) {
   return motor_rad - a->correction.correction_rad + a->zero_rad;
 }
 
+static void forget_standstill(lm_axis *a) {
+  a->standstill.ticks = 0;
+  a->stood_s = 0;
+}
+
 lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_saved *kept,
                            const lm_conditions *at, float motor_rad, lm_fault *fault) {
   const lm_status status = lm_start_compensator(&a->compensator, parameters, at->torque_Nm, fault);
@@ -15,8 +20,7 @@ lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_saved
   }
   a->correction = lm_settle_compensator(&a->compensator, at);
   a->state = status == LM_OK ? LM_AXIS_OPEN : LM_AXIS_OFF;
-  a->standstill.ticks = 0;
-  a->stood_s = 0;
+  forget_standstill(a);
   a->rang = 0;
   a->zero_rad = 0;
   a->command_rad = lm_axis_reported(a, motor_rad);
@@ -30,8 +34,8 @@ static void judge_ringing(lm_axis *a) {
   if (a->state == LM_AXIS_CLOSED) {
     a->rang = rings;
   } else if (rings && !a->rang) {
-    lm_set_mode(&a->compensator, LM_MODE_RESET);
-    lm_set_mode(&a->compensator, LM_MODE_RUN);
+    lm_axis_set_mode(a, LM_MODE_RESET);
+    lm_axis_set_mode(a, LM_MODE_RUN);
   }
 }
 
@@ -62,9 +66,18 @@ int lm_axis_close(lm_axis *a) {
 void lm_axis_open(lm_axis *a) {
   if (a->state == LM_AXIS_CLOSED) {
     a->state = LM_AXIS_OPEN;
-    a->standstill.ticks = 0;
-    a->stood_s = 0;
+    forget_standstill(a);
   }
+}
+
+void lm_axis_set_mode(lm_axis *a, lm_mode mode) {
+  lm_set_mode(&a->compensator, mode);
+  forget_standstill(a);
+}
+
+lm_status lm_axis_change(lm_axis *a, const lm_parameters *parameters, lm_fault *fault) {
+  forget_standstill(a);
+  return lm_change_parameters(&a->compensator, parameters, fault);
 }
 
 float lm_axis_reference(lm_axis *a, float motor_rad, float angle_rad) {

@@ -29,7 +29,7 @@ typedef struct lm_axis {
 /* at: torque on the output, and whatever else the parameters need; motor_rad: motor angle / signed
  * ratio; kept: the history that lm_axis_power_down saved, or null. It is used up: write *kept back
  * to its memory before the loop closes, so that a later reset does not restore it again. If the
- * result is not LM_OK, the axis remains off. */
+ * result is not LM_OK, the axis remains off. A measured torque: then lm_declare_torque_error. */
 lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_saved *kept,
                            const lm_conditions *at, float motor_rad, lm_fault *fault);
 
@@ -44,6 +44,12 @@ int lm_axis_close(lm_axis *a);
 
 /* Brake or emergency stop: ticks continue, the command follows the output. */
 void lm_axis_open(lm_axis *a);
+
+/* Another mode, other parameters: the correction moves to its new target, and with it the output
+ * if the loop is closed. If it is open, it closes after a standstill at the new target.
+ * LM_MODE_RESET, then LM_MODE_RUN, ends the ringing. Results of lm_change_parameters. */
+void lm_axis_set_mode(lm_axis *a, lm_mode mode);
+lm_status lm_axis_change(lm_axis *a, const lm_parameters *parameters, lm_fault *fault);
 
 /* States that the output is now at angle_rad, at rest or in motion. Nothing moves: the planner
  * continues from command_rad, which is shifted with the zero. Returns by how much the zero may be

@@ -552,17 +552,22 @@ static lm_real standing_range(const lm_compensator *c) {
 
 lm_real lm_find_standstill(const lm_compensator *compensator, lm_standstill *standstill) {
   lm_real now_rad;
+  lm_real goal_rad;
+  lm_real range_rad;
   if (!is_started(compensator)) {
     standstill->ticks = 0;
     return 0;
   }
   now_rad = compensator->correction_rad;
+  range_rad = standing_range(compensator);
   if (standstill->ticks > 0) {
     standstill->lowest_rad = least(standstill->lowest_rad, now_rad);
     standstill->highest_rad = greatest(standstill->highest_rad, now_rad);
   }
-  if (standstill->ticks == 0 ||
-      is_greater(standstill->highest_rad - standstill->lowest_rad, standing_range(compensator))) {
+  goal_rad = clamp(compensator->target_rad, -compensator->correction_max_rad,
+                   compensator->correction_max_rad);
+  if (standstill->ticks == 0 || !is_within(goal_rad - now_rad, range_rad) ||
+      is_greater(standstill->highest_rad - standstill->lowest_rad, range_rad)) {
     standstill->lowest_rad = now_rad;
     standstill->highest_rad = now_rad;
     standstill->ticks = 0;

@@ -1137,11 +1137,48 @@ static void a_standstill_begins_anew_with_a_motion(void) {
   }
   (void)rest(20, 10);
   TEST_ASSERT_TRUE(lm_find_standstill(&joint, &standstill) == 0);
+  (void)rest(20, 2000);
   standstill.ticks = UINT32_MAX;
   standstill.lowest_rad = joint.correction_rad;
   standstill.highest_rad = joint.correction_rad;
   (void)lm_find_standstill(&joint, &standstill);
   TEST_ASSERT_EQUAL(UINT32_MAX, standstill.ticks);
+}
+
+/* A new mode or new parameters move the target at once, the correction only within its limits: it
+ * does not stand although it has hardly moved. */
+static void a_standstill_ends_when_the_target_moves(void) {
+  lm_standstill standstill = {0, 0, 0};
+  lm_parameters other = parameters;
+  lm_fault fault;
+  int i;
+  (void)rest(10, 2000);
+  for (i = 0; i < 100; ++i) {
+    (void)step(10);
+    (void)lm_find_standstill(&joint, &standstill);
+  }
+  TEST_ASSERT_TRUE(standstill.ticks == 100);
+  lm_set_mode(&joint, LM_MODE_RESET);
+  (void)step(10);
+  TEST_ASSERT_TRUE(lm_find_standstill(&joint, &standstill) == 0);
+  (void)rest(10, 2000);
+  standstill.ticks = 0;
+  for (i = 0; i < 100; ++i) {
+    (void)step(10);
+    (void)lm_find_standstill(&joint, &standstill);
+  }
+  TEST_ASSERT_TRUE(standstill.ticks == 100);
+  other.limits.correction_rad = LM_REAL(0.5) * distance(joint.lost_motion_rad, 0);
+  lm_set_mode(&joint, LM_MODE_RUN);
+  TEST_ASSERT_EQUAL(LM_OK, lm_change_parameters(&joint, &other, &fault));
+  (void)step(10);
+  TEST_ASSERT_TRUE(lm_find_standstill(&joint, &standstill) == 0);
+  for (i = 0; i < 3000; ++i) {
+    lm_correction now = step(10);
+    TEST_ASSERT_TRUE(i < 2900 || (now.status & LM_STATE_POSITION_LIMITED));
+    (void)lm_find_standstill(&joint, &standstill);
+  }
+  TEST_ASSERT_TRUE(standstill.ticks > 1000); /* at the limit, which the target exceeds */
 }
 
 /* A kinematic error swings the correction as the axis turns, at any speed, and no torque causes
@@ -1300,6 +1337,7 @@ int main(void) {
   RUN_TEST(ringing_is_reported_in_either_direction);
   RUN_TEST(a_standstill_is_found_in_noise_and_not_before_its_time);
   RUN_TEST(a_standstill_begins_anew_with_a_motion);
+  RUN_TEST(a_standstill_ends_when_the_target_moves);
   RUN_TEST(a_kinematic_error_does_not_ring);
   RUN_TEST(a_velocity_beyond_the_new_limit_is_reported);
   RUN_TEST(noise_does_not_ring);

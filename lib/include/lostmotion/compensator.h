@@ -28,11 +28,12 @@
  *     (LM_STATE_NOT_STARTED).
  *
  * Sequence of operation (the page "Integration" has the same table, with the reasons):
- *   power-up      lm_start_compensator; lm_restore_compensator if a history was saved, which is
- * then erased; lm_settle_compensator with the present conditions while the position loop is still
- * open: the correction takes its final value and nothing moves close         once
- * lm_find_standstill returns three time constants of the torque filter: the command starts at the
- * reported output angle, measured minus correction run           lm_step_compensator in every tick
+ *   power-up      lm_start_compensator; lm_restore_compensator if a history was saved (erase it
+ *                 then); lm_settle_compensator with the present conditions while the position loop
+ *                 is open: the correction takes its final value and nothing moves
+ *   close         once lm_find_standstill returns three time constants of the torque filter: the
+ *                 command starts at the reported output angle, measured minus correction
+ *   run           lm_step_compensator in every tick
  *   brake, stop   continue to step with the torque that the gear carries, so that the load memory
  *                 stays valid. Then as `close`
  *   home          in LM_MODE_RUN: set the reported angle again, and shift the command with it. The
@@ -203,13 +204,15 @@ typedef struct lm_standstill {
   uint32_t ticks; /* since then, this one included; 0: begin again */
 } lm_standstill;
 
-/* Seconds for which the correction has stayed within a range of 8 noise_rad. Call it after every
- * step while you wait. LM_STATE_SETTLED judges a single tick: noise of the torque sets and clears
- * it, and it may be set while a filtered torque still approaches its value. After a standstill of
- * three time constants of that filter the correction moves by less than noise_rad / 2 more (with
- * the range R and the time constant tau by at most R / (exp(t / tau) - 1) after a time t). A noise
- * of the correction above noise_rad, rms, ends the standstill again and again: filter the torque.
- * Not started: 0. `standstill` must not be null. */
+/* Seconds for which the correction has stayed within a range of 8 noise_rad and as near to its
+ * target (or, at the limit, to that). Call it after every step while you wait; after a new mode or
+ * new parameters the target is new from the next step on. LM_STATE_SETTLED judges a single tick:
+ * noise of the torque sets and clears it, and it may be set while a filtered torque still
+ * approaches its value. After a standstill of three time constants of that filter the correction
+ * moves by less than noise_rad / 2 more (with the range R and the time constant tau by at most R /
+ * (exp(t / tau) - 1) after a time t). A noise of the correction or its target above noise_rad, rms,
+ * ends the standstill again and again: filter the torque. Not started: 0. `standstill` must not be
+ * null. */
 lm_real lm_find_standstill(const lm_compensator *compensator, lm_standstill *standstill);
 
 /* Sets the headroom of the correction from the next step on, until the next call (which may come in
