@@ -194,7 +194,7 @@ class Conditions:
         """Values of some rows minus the mean of each run over them; one column or several."""
         kept = np.compress(rows, values.T, axis=-1).T
         counts = np.add.reduceat(rows.astype(np.intp), self.starts[:-1])
-        subtract_means(kept.reshape(kept.shape[0], -1), counts[counts > 0])
+        subtract_means(kept if kept.ndim > 1 else kept[:, None], counts[counts > 0])
         return kept
 
     def known(self) -> frozenset[str]:
