@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from .laboratory import Laboratory
+from lostmotion.discover.linearise import settle
+from lostmotion.drives import read_drive
+from lostmotion.effects.conditions import Conditions
+from lostmotion.evidence.noise import Noise
+from lostmotion.fit.baseline import BaselineModel
+from lostmotion.recordings import read_campaign
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from rig.laboratory import Laboratory
 
 SEED, NOISES = 0, 2.0
 
@@ -23,13 +32,6 @@ def turned_at_two_angles(tmp_path_factory):
 
 def test_runs_of_one_stiffness_deviate_alike(turned_at_two_angles):
     # The first step goes through many kinks: its linearisation promises more than it keeps.
-    from lostmotion.discover.linearise import settle
-    from lostmotion.drives import read_drive
-    from lostmotion.effects.conditions import Conditions
-    from lostmotion.evidence.noise import Noise
-    from lostmotion.fit.baseline import BaselineModel
-    from lostmotion.recordings import read_campaign
-
     laboratory, folder = turned_at_two_angles
     drive = read_drive(folder / "drive.toml")
     campaign = read_campaign(sorted(folder.glob("*.csv.gz")), ratio=drive.ratio)
