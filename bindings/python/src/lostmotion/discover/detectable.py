@@ -53,7 +53,7 @@ def detectable(contest_round: ContestRound, within: float) -> tuple[dict[str, An
         information = projected(contest.evidence, [block], contest.null_omega)
         scale = contest.evidence.scale[contest.evidence.blocks[block]]
         rank = information.shape[0]
-        needed = noncentrality(rank, contest.runs - 1 - rank, rules.P_LIMIT / count)
+        needed = noncentrality(rank, contest.runs - 2 - rank, rules.P_LIMIT / count)
         info = float(np.mean(np.diag(information)))
         if not info > 1e-12:
             continue

@@ -174,8 +174,8 @@ class Contest:
         # With and without, each under its own variances.
         gain = log_density(seen, ridge) - self.null_density
         score, ideal, weight = run_scores(seen, ridge, found)
-        # Of the runs, their mean and every direction of a candidate cost one each.
-        freedom = max(self.runs - 1 - rank, 1)
+        # Under REML every direction of a candidate costs the variances one run.
+        freedom = max(self.runs - 2 - rank, 1)
         return Result(
             name,
             found.wald,
