@@ -1150,7 +1150,6 @@ static void a_standstill_begins_anew_with_a_motion(void) {
 static void a_standstill_ends_when_the_target_moves(void) {
   lm_standstill standstill = {0, 0, 0};
   lm_parameters other = parameters;
-  lm_fault fault;
   int i;
   (void)rest(10, 2000);
   for (i = 0; i < 100; ++i) {
