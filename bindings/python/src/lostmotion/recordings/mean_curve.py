@@ -26,6 +26,9 @@ BIN_SAMPLES = 5
 PASSES = 3
 """Number of alternating estimates of the curve and the zeros of the runs."""
 
+UNDERFLOW_Nm = float(np.finfo(np.float64).tiny) ** (1 / 3)
+"""The slope of a curve multiplies three torque differences: smaller ones would underflow."""
+
 
 class MeanCurve:
     """Lost motion over the torque, by medians, robust against outliers."""
@@ -39,7 +42,7 @@ class MeanCurve:
         self.torque_Nm = np.zeros(1)
         self.lost_rad = np.zeros(1)
         self.covers = bool(high - low >= PULSES * np.ptp(torque))
-        if torque.size < 2 * BIN_SAMPLES + 2 or not np.ptp(torque) > 0:
+        if torque.size < 2 * BIN_SAMPLES + 2 or not np.ptp(torque) > UNDERFLOW_Nm:
             return
         ends = np.partition(torque, [BIN_SAMPLES, -BIN_SAMPLES - 1])[
             [BIN_SAMPLES, -BIN_SAMPLES - 1]
