@@ -61,6 +61,7 @@ then: lostmotion diagnose drive.toml mine.csv, or lostmotion workbench drive.tom
 """Suggested next steps after the demonstration."""
 
 STEPS = 7
+"""Number of steps of the demo for `progress`, the report included."""
 
 
 @dataclass
