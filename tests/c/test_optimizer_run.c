@@ -63,7 +63,8 @@ void tearDown(void) {
 }
 
 static void place(char path[256], const char *name) {
-  snprintf(path, 256, "%s/%s", folder, name);
+  const int length = snprintf(path, 256, "%s/%s", folder, name);
+  TEST_ASSERT_TRUE(length > 0 && length < 256);
 }
 
 static char *content(const char *name) {
