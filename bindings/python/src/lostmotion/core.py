@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
 from typing import Any, Literal
 
@@ -116,6 +117,17 @@ class Core:
             raise LibraryError(status, sentence)
         key = self.ffi.string(fault.input).decode()
         raise LibraryError(status, sentence, key, fault.found, fault.low, fault.high)
+
+    def call(self, function: Callable[..., int], *arguments: Any) -> None:
+        """Call a function whose last argument is the fault; raise `LibraryError` if it refuses."""
+        fault = self.fault()
+        self.check(function(*arguments, fault), fault)
+
+    def real_from(self, function: Callable[..., int], *arguments: Any) -> float:
+        """Call a function that stores one number before the fault, and return the number."""
+        one = self.ffi.new("lm_real *")
+        self.call(function, *arguments, one)
+        return float(one[0])
 
 
 @cache

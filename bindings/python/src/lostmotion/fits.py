@@ -212,6 +212,4 @@ def at_size(values: tuple[int, ...], nominal_mm: float) -> int:
 def field_um(nominal_mm: float, grade: int) -> float:
     """Width of the field of a grade, in um."""
     c = core()
-    one = c.ffi.new("lm_real *")
-    c.check(c.lib.lm_it_tolerance(nominal_mm, grade, one, c.ffi.NULL))
-    return round(1e3 * float(one[0]), 6)
+    return round(1e3 * c.real_from(c.lib.lm_it_tolerance, nominal_mm, grade), 6)

@@ -43,19 +43,14 @@ class _Motion:
         geometry, line, table = (
             ffi.new(f"lm_{name} *") for name in ("geometry", "neutral_line", "conjugate")
         )
-        fault = c.fault()
         deflection = drive.generator.deflection_mm
         rim = drive.flexspline.rim_thickness_mm
-        teeth = ffi.addressof(drive, "teeth")
-        c.check(lib.lm_make_geometry(teeth, deflection, rim, geometry, fault), fault)
-        generator = ffi.addressof(drive, "generator")
-        nodes = lib.LM_NEUTRAL_LINE_NODES
-        made = lib.lm_make_neutral_line(
-            generator, drive.teeth.deformation, geometry.neutral_mm, deflection, nodes, line, fault
-        )
-        c.check(made, fault)
+        teeth, generator = (ffi.addressof(drive, name) for name in ("teeth", "generator"))
+        c.call(lib.lm_make_geometry, teeth, deflection, rim, geometry)
+        shape = (drive.teeth.deformation, geometry.neutral_mm, deflection)
+        c.call(lib.lm_make_neutral_line, generator, *shape, lib.LM_NEUTRAL_LINE_NODES, line)
         flank = flank_points(points, c.bits)
-        c.check(lib.lm_tabulate_rigid_points(flank, geometry, 0.0, 0.0, table, fault), fault)
+        c.call(lib.lm_tabulate_rigid_points, flank, geometry, 0.0, 0.0, table)
         count = table.intervals
         slope = [*list(table.slope_low)[:count], table.slope_high[count - 1]]
         place, half = (list(values)[: count + 1] for values in (table.place, table.half_angle_rad))

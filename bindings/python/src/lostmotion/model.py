@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -131,11 +130,11 @@ class DesignModel:
         c = self.core
         self._workspace = c.ffi.new("lm_design_workspace *")
         nodes = c.lib.LM_NEUTRAL_LINE_NODES
-        self._call(partial(c.lib.lm_prepare_meshes, self.drive, nodes, self._workspace))
+        self._call(c.lib.lm_prepare_meshes, self.drive, nodes, self._workspace)
 
-    def _call(self, call: Callable[[Any], int]) -> None:
-        """Make a call; errors refer to the design, except for arguments of the caller."""
-        structs.with_fault(self.design, self.core, call)
+    def _call(self, function: Callable[..., int], *arguments: Any) -> None:
+        """Call the library; errors refer to the design, except for arguments of the caller."""
+        structs.call_for(self.design, self.core, function, *arguments)
 
     @property
     def sections(self) -> int:
@@ -172,7 +171,7 @@ class DesignModel:
                 found = c.ffi.new("lm_clearance[]", capacity)
                 count = c.ffi.new("int *")
                 room = (found, capacity, count)
-                self._call(partial(c.lib.lm_lobe_clearances, mesh, phase_rad, *room))
+                self._call(c.lib.lm_lobe_clearances, mesh, phase_rad, *room)
                 number = count[0]
             else:
                 angles = np.atleast_1d(np.asarray(angles_rad, dtype=np.float64))
@@ -223,7 +222,7 @@ class DesignModel:
         found = c.ffi.new("lm_contributions[]", max(1, torque.size))
         here = (self.drive, phase_rad, c.pointer(torque), torque.size)
         state = c.ffi.NULL if state is None else state
-        self._call(partial(c.lib.lm_evaluate_torsion_curve, *here, found, state, self._workspace))
+        self._call(c.lib.lm_evaluate_torsion_curve, *here, found, state, self._workspace)
         return c.records(found, torque.size).copy()
 
     def mesh_state(self, phase_rad: float = 0.0) -> dict[str, float]:
@@ -250,7 +249,7 @@ class DesignModel:
             drive.gap.generator_mm, drive.gap.teeth_mm = 0.0, gap_mm
         one = c.ffi.new("lm_real *")
         where = (drive, phase_rad, torque_Nm, one, self._workspace)
-        self._call(partial(c.lib.lm_reversal_lost_motion, *where))
+        self._call(c.lib.lm_reversal_lost_motion, *where)
         return float(one[0])
 
     def checks(self) -> list[Check]:
@@ -262,15 +261,15 @@ class DesignModel:
         fine = c.ffi.new("lm_design_workspace *")
         nodes, steps = c.lib.LM_CERTAIN_NODES, c.lib.LM_CERTAIN_STEPS
         sections = c.lib.lm_face_sections(self.drive)
-        self._call(partial(c.lib.lm_make_face, self.drive, sections, nodes, fine.face))
+        self._call(c.lib.lm_make_face, self.drive, sections, nodes, fine.face)
         smallest = c.ffi.new("lm_smallest_gap *")
         where = (fine.face, sections)
-        self._call(partial(c.lib.lm_find_smallest_gap, *where, steps, smallest))
+        self._call(c.lib.lm_find_smallest_gap, *where, steps, smallest)
         found = c.ffi.new("lm_check[]", c.lib.LM_CHECK_COUNT)
         load = c.ffi.new("lm_load *")
         phases = c.lib.LM_CERTAIN_PHASES
-        self._call(partial(c.lib.lm_find_rated_load, self.drive, phases, fine, load))
-        self._call(partial(c.lib.lm_check_design, self.drive, *where, smallest, load, found))
+        self._call(c.lib.lm_find_rated_load, self.drive, phases, fine, load)
+        self._call(c.lib.lm_check_design, self.drive, *where, smallest, load, found)
         return [
             Check(
                 c.ffi.string(c.lib.lm_check_name(i)).decode(),
@@ -301,9 +300,9 @@ class DesignModel:
         limits = c.ffi.new("lm_tolerance_limits *")
         result = {}
         count = drive.tolerance_count + 2
-        self._call(partial(c.lib.lm_worst_limits, links, count, limits))
+        self._call(c.lib.lm_worst_limits, links, count, limits)
         result["worst_min"], result["worst_max"] = limits.total_min_mm, limits.total_max_mm
-        self._call(partial(c.lib.lm_probable_limits, links, count, PROBABLE_T, limits))
+        self._call(c.lib.lm_probable_limits, links, count, PROBABLE_T, limits)
         result["probable_min"], result["probable_max"] = limits.total_min_mm, limits.total_max_mm
         return result
 
@@ -318,7 +317,7 @@ class DesignModel:
         worst, probable = c.zeros(len(entries)), c.zeros(len(entries))
         shares = (c.pointer(worst, write=True), c.pointer(probable, write=True))
         links = drive.tolerances
-        self._call(partial(c.lib.lm_tolerance_contributions, links, len(entries), *shares))
+        self._call(c.lib.lm_tolerance_contributions, links, len(entries), *shares)
         return [
             {
                 "name": entry.get("name", entry.place.removeprefix("design.")),
@@ -338,7 +337,7 @@ class DesignModel:
         state = self.mesh_state()
         one = c.ffi.new("lm_real *")
         where = (state["flank_angle_rad"], state["radius_mm"])
-        self._call(partial(c.lib.lm_radial_gap_angle, gap_mm, *where, one))
+        self._call(c.lib.lm_radial_gap_angle, gap_mm, *where, one)
         return float(one[0])
 
 

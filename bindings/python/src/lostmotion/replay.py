@@ -17,6 +17,7 @@ import io
 import zlib
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
+from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
@@ -38,28 +39,15 @@ if TYPE_CHECKING:
 
 FloatArray = npt.NDArray[np.float64]
 
-STATES = (
-    "torque_clipped",
-    "input_refused",
-    "position_limited",
-    "velocity_limited",
-    "acceleration_limited",
-    "jerk_limited",
-    "memory_unknown",
-    "holding",
-    "resetting",
-    "faded",
-    "misfit",
-    "model_refused",
-    "watch_refused",
-    "headroom_short",
-    "settled",
-    "extrapolated",
-    "condition_missing",
-    "not_started",
-    "ringing",
-    "period_wrong",
-)
+
+def _names_of_bits(prefix: str) -> tuple[str, ...]:
+    """Names of the bits of the library that begin with a prefix, lowest first."""
+    lib = core(32).lib
+    bits = {int(getattr(lib, name)): name for name in dir(lib) if name.startswith(prefix)}
+    return tuple(bits[bit].removeprefix(prefix).lower() for bit in sorted(bits))
+
+
+STATES = _names_of_bits("LM_STATE_")
 """Names of the LM_STATE_ bits, lowest first."""
 
 OUTPUTS = ("correction_rad", "velocity_rad_s", "acceleration_rad_s2", "lost_motion_rad")
@@ -266,10 +254,8 @@ def load_parameters(
     runs = {name: effect for name, effect in (own or {}).items() if effect.controller is not None}
     effects = list(known_effects(c, runs).values())
     table = c.ffi.new("lm_effect *[]", effects)
-    fault = c.fault()
-    status = c.lib.lm_load_parameters(made, blob, len(blob), table, len(effects), fault)
     try:
-        c.check(status, fault)
+        c.call(c.lib.lm_load_parameters, made, blob, len(blob), table, len(effects))
     except LibraryError as error:
         if error.key == "effect":
             found = "one that is not known here"
@@ -306,10 +292,9 @@ def replay(parameters: Any, campaign: Campaign, progress: OnProgress | None = No
 def _run(c: Core, parameters: Any, run: Run) -> Tape:
     columns = conditions(run)
     compensator = c.ffi.new("lm_compensator *")
-    fault = c.fault()
     ticks = columns["torque_Nm"].size
     first = float(columns["torque_Nm"][0])
-    c.check(c.lib.lm_start_compensator(compensator, parameters, first, fault), fault)
+    c.call(c.lib.lm_start_compensator, compensator, parameters, first)
     start = float(c.lib.lm_bound_uncertainty(compensator))
     at = c.ffi.new("lm_conditions *")
     for name in NEEDS[:-1]:  # all except the time, which counts as one period
@@ -317,17 +302,12 @@ def _run(c: Core, parameters: Any, run: Run) -> Tape:
     values = np.empty((ticks, len(OUTPUTS)), dtype=np.float32)
     status = np.empty(ticks, dtype=np.uint32)
     named = list(columns.items())
-    step = c.lib.lm_step_compensator
+    step, numbers = c.lib.lm_step_compensator, attrgetter(*OUTPUTS)
     for k in range(ticks):
         for name, column in named:
             setattr(at, name, column[k])
         now = step(compensator, at)
-        values[k] = (
-            now.correction_rad,
-            now.velocity_rad_s,
-            now.acceleration_rad_s2,
-            now.lost_motion_rad,
-        )
+        values[k] = numbers(now)
         status[k] = now.status
     return Tape(run, columns, values, status, start, float(c.lib.lm_bound_uncertainty(compensator)))
 

@@ -6,6 +6,7 @@ import itertools
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from operator import attrgetter
 from typing import Any
 
 from lostmotion import units
@@ -254,6 +255,9 @@ def field_path(section: str, key: Key) -> str:
     return f"{section}.{key.written}" if section else key.written
 
 
+CHOICES = {field_path(key.section, key): key.choices for key in design_keys() if key.choices}
+"""Names of the values of a choice, by the path of its key."""
+
 OWN_FLANK = "teeth.flexspline_flank"
 
 
@@ -274,11 +278,11 @@ def make_drive(design: Design, bits: Bits = 64) -> Any:
     design = _with_generated_flexspline(design)
     # Values that the library refuses are named before any default is derived from them.
     trial = _given(design, c, _paths("teeth", "generator"))
-    with_fault(design, c, lambda fault: c.lib.lm_complete_drive(trial, fault))
+    call_for(design, c, c.lib.lm_complete_drive, trial)
     _set_all(trial, design, design.values)
-    with_fault(design, c, lambda fault: c.lib.lm_check_drive(trial, fault))
+    call_for(design, c, c.lib.lm_check_drive, trial)
     drive = _given(design, c, design.values)
-    with_fault(design, c, lambda fault: c.lib.lm_complete_drive(drive, fault))
+    call_for(design, c, c.lib.lm_complete_drive, drive)
     _set_all(drive, design, design.values)  # a zero that the file states is not a missing value
     if design.radial_chain is not None:
         _fill(design, c, drive, "radial_law", design.radial_chain, _radial_law)
@@ -286,7 +290,7 @@ def make_drive(design: Design, bits: Bits = 64) -> Any:
         _fill(design, c, drive, "torsion", design.torsion_chain, _torsion_element)
     if design.tolerances is not None:
         _fill(design, c, drive, "tolerance", design.tolerances, _tolerance_link)
-    with_fault(design, c, lambda fault: c.lib.lm_check_drive(drive, fault))
+    call_for(design, c, c.lib.lm_check_drive, drive)
     return drive
 
 
@@ -336,7 +340,8 @@ def _given(design: Design, c: Core, paths: Iterable[str]) -> Any:
 def _set_all(drive: Any, design: Design, paths: Iterable[str]) -> None:
     for path in paths:
         if path in design.values:
-            _set(drive, path, _number(path, design.values[path].value))
+            value = design.values[path].value
+            _set(drive, path, CHOICES[path].index(value) if path in CHOICES else value)
 
 
 def stated_defaults(design: Design, drive: Any) -> dict[str, Any]:
@@ -357,7 +362,7 @@ def stated_defaults(design: Design, drive: Any) -> dict[str, Any]:
         for key in keys:
             path = field_path(section, key)
             if path not in design.values and not unused.get(path):
-                value = _get(drive, path)
+                value = attrgetter(path)(drive)
                 if key.choices:
                     value = key.choices[value]
                 defaults[f"design.{path}"] = bool(value) if key.kind == "switch" else value
@@ -443,8 +448,8 @@ def _unused_flank_keys(drive: Any) -> dict[str, bool]:
     return {f"flank.{name}": value for name, value in hidden.items()}
 
 
-def with_fault(design: Design, c: Core, call: Callable[[Any], int]) -> None:
-    """Make a call that may refuse a value of the design, and report its key.
+def call_for(design: Design, c: Core, function: Callable[..., int], *arguments: Any) -> None:
+    """Call a function of the library that may refuse a value of the design, and report its key.
 
     Raises
     ------
@@ -453,9 +458,8 @@ def with_fault(design: Design, c: Core, call: Callable[[Any], int]) -> None:
     LibraryError
         If it refuses something else, or cannot finish.
     """
-    fault = c.fault()
     try:
-        c.check(call(fault), fault)
+        c.call(function, *arguments)
     except LibraryError as error:
         lib = c.lib
         of_design = (lib.LM_NOT_FINITE, lib.LM_OUT_OF_RANGE, lib.LM_INCONSISTENT, lib.LM_NO_CONTACT)
@@ -664,27 +668,9 @@ def _paths(*sections: str) -> list[str]:
     return [field_path(section, key) for section in sections for key in FIELDS[section]]
 
 
-def _number(path: str, value: Any) -> Any:
-    if path == "teeth.deformation":
-        return DEFORMATIONS.index(value)
-    if path == "generator.type":
-        return GENERATORS.index(value)
-    if path in ("teeth.flexspline_flank", "teeth.rigid_flank"):
-        return FLANKS.index(value)
-    return int(value) if isinstance(value, bool) else value
-
-
 def _set(drive: Any, path: str, value: Any) -> None:
-    *owners, name = path.split(".")
-    for owner in owners:
-        drive = getattr(drive, owner)
-    setattr(drive, name, value)
-
-
-def _get(drive: Any, path: str) -> Any:
-    for name in path.split("."):
-        drive = getattr(drive, name)
-    return drive
+    section, _, name = path.rpartition(".")
+    setattr(attrgetter(section)(drive) if section else drive, name, value)
 
 
 def _fill(
@@ -693,7 +679,7 @@ def _fill(
     drive: Any,
     name: str,
     entries: Sequence[Entry],
-    build: Callable[[Design, Core, Any, Entry, Any, Any], int],
+    build: Callable[[Design, Core, Any, Entry, Any], None],
 ) -> None:
     """Build the members of a chain by the functions of their kinds."""
     array = getattr(drive, {"radial_law": "radial_laws", "tolerance": "tolerances"}.get(name, name))
@@ -702,9 +688,8 @@ def _fill(
         place = entries[0].place.rpartition("[")[0]
         raise InputError(design.file, place, f"{len(entries)} entries", f"at most {capacity}")
     for index, entry in enumerate(entries):
-        fault = c.fault()
         try:
-            c.check(build(design, c, drive, entry, c.ffi.addressof(array[index]), fault), fault)
+            build(design, c, drive, entry, c.ffi.addressof(array[index]))
         except LibraryError as error:
             raise _refused_entry(design, entry, error) from None
     setattr(drive, f"{name}_count", len(entries))
@@ -723,133 +708,109 @@ def _refused_entry(design: Design, entry: Entry, error: LibraryError) -> InputEr
     )
 
 
-def _radial_law(design: Design, c: Core, drive: Any, entry: Entry, law: Any, fault: Any) -> int:
+BEARINGS = {
+    "deep_groove": "LM_BALL_PALMGREN",
+    "self_aligning": "LM_BALL_SELF_ALIGNING",
+    "thrust": "LM_BALL_THRUST",
+}
+"""Coefficient of the contact of a ball, by the kind of bearing."""
+
+UNSTATED = {
+    "share": 1.0,
+    "preload": 0.0,
+    "contact_angle": 0.0,
+    "patch_half_angle": 0.0,
+    "housing_factor": 1.0,
+    "bore": 0.0,
+}
+"""Values of optional keys of a chain that are not stated."""
+
+MADE_BY: dict[str, tuple[str, str]] = {
+    "radial spring": ("lm_make_spring_law", "stiffness share"),
+    "radial shaft": ("lm_make_shaft_bending_law", "diameter a b youngs_modulus_MPa"),
+    "radial ring": (
+        "lm_make_rim_ovalisation_law",
+        "mean_radius thickness width patch_half_angle youngs_modulus_MPa housing_factor",
+    ),
+    "radial ring_widening": (
+        "lm_make_rim_widening_law",
+        "inner_radius outer_radius width youngs_modulus_MPa poisson_ratio",
+    ),
+    "torsion shaft": (
+        "lm_make_shaft_torsion",
+        "outer_diameter bore length shear_modulus_MPa ratio",
+    ),
+    "torsion shell": ("lm_make_shell_torsion", "mean_radius wall length shear_modulus_MPa"),
+    "torsion diaphragm": (
+        "lm_make_diaphragm_torsion",
+        "hub_radius outer_radius thickness shear_modulus_MPa",
+    ),
+    "torsion lock": ("lm_make_input_lock", "stiffness ratio"),
+    "torsion stiffness": ("lm_make_input_lock", "stiffness ratio"),
+}
+"""Function of the library that makes a member, and its arguments: keys, or names of the material.
+
+A stiffness at the input or output is a lock with the ratio of that place.
+"""
+
+
+def _make(what: str, c: Core, drive: Any, entry: Entry, made: Any, **more: float) -> None:
+    """Make a member of a chain by the function of its kind."""
+    function, names = MADE_BY[what]
+    known = {**UNSTATED, **more, **{name: one.value for name, one in entry.values.items()}}
+    values = (known[n] if n in known else getattr(drive.material, n) for n in names.split())
+    c.call(getattr(c.lib, function), *values, made)
+
+
+def _radial_law(design: Design, c: Core, drive: Any, entry: Entry, law: Any) -> None:
     lib = c.lib
-    share = entry.get("share", 1.0)
-    preload = entry.get("preload", 0.0)
-    youngs = drive.material.youngs_modulus_MPa
-    status: int
+    share, preload = (entry.get(name, UNSTATED[name]) for name in ("share", "preload"))
     if entry.kind == "ball":
         angle = entry.get("contact_angle", 0.0)
-        one = c.ffi.new("lm_real *")
-        coefficient = {
-            "deep_groove": lib.LM_BALL_PALMGREN,
-            "self_aligning": lib.LM_BALL_SELF_ALIGNING,
-            "thrust": lib.LM_BALL_THRUST,
-        }[entry.get("bearing", "deep_groove")]
+        coefficient = getattr(lib, BEARINGS[entry.get("bearing", "deep_groove")])
         if "conformity" in entry.values:
-            c.check(lib.lm_ball_hertz_coefficient(entry.get("conformity"), one, fault), fault)
-            coefficient = one[0]
+            coefficient = c.real_from(lib.lm_ball_hertz_coefficient, entry.get("conformity"))
         if "balls" in entry.values:
-            kind = (
-                lib.LM_BEARING_BALLS_CLEARANCE if entry.get("clearance") else lib.LM_BEARING_BALLS
-            )
-            c.check(lib.lm_bearing_share(kind, entry.get("balls"), angle, one, fault), fault)
-            share *= one[0]
+            loose = entry.get("clearance")
+            kind = lib.LM_BEARING_BALLS_CLEARANCE if loose else lib.LM_BEARING_BALLS
+            share *= c.real_from(lib.lm_bearing_share, kind, entry.get("balls"), angle)
         elif "balls_in_lobe" in entry.values:
-            c.check(lib.lm_cam_bearing_share(entry.get("balls_in_lobe"), one, fault), fault)
-            share *= one[0]
-        status = lib.lm_make_ball_law(
-            entry.get("ball_diameter"), angle, coefficient, share, preload, law, fault
-        )
+            share *= c.real_from(lib.lm_cam_bearing_share, entry.get("balls_in_lobe"))
+        size = entry.get("ball_diameter")
+        c.call(lib.lm_make_ball_law, size, angle, coefficient, share, preload, law)
     elif entry.kind == "roller":
         if "rollers" in entry.values:
-            one = c.ffi.new("lm_real *")
             kind = lib.LM_BEARING_ROLLERS
-            c.check(lib.lm_bearing_share(kind, entry.get("rollers"), 0.0, one, fault), fault)
-            share *= one[0]
+            share *= c.real_from(lib.lm_bearing_share, kind, entry.get("rollers"), 0.0)
         make = lib.lm_make_crowned_roller_law if entry.get("crowned") else lib.lm_make_roller_law
-        status = make(entry.get("roller_length"), share, preload, law, fault)
-    elif entry.kind == "spring":
-        status = lib.lm_make_spring_law(entry.get("stiffness"), share, law, fault)
+        c.call(make, entry.get("roller_length"), share, preload, law)
     elif entry.kind == "power":
         # deflection (F / force)^exponent; a force of 1 N keeps every bit of the coefficient
-        exponent = entry.get("exponent")
+        law.exponent = exponent = entry.get("exponent")
         law.coefficient_mm_per_Nn = entry.get("deflection") / entry.get("force") ** exponent
-        law.exponent = exponent
-        law.share = share
-        law.preload_N = preload
-        status = lib.lm_check_radial_laws(law, 1, fault)
-    elif entry.kind == "shaft":
-        status = lib.lm_make_shaft_bending_law(
-            entry.get("diameter"), entry.get("a"), entry.get("b"), youngs, law, fault
-        )
-    elif entry.kind == "ring":
-        status = lib.lm_make_rim_ovalisation_law(
-            entry.get("mean_radius"),
-            entry.get("thickness"),
-            entry.get("width"),
-            entry.get("patch_half_angle", 0.0),
-            youngs,
-            entry.get("housing_factor", 1.0),
-            law,
-            fault,
-        )
+        law.share, law.preload_N = share, preload
+        c.call(lib.lm_check_radial_laws, law, 1)
     else:
-        status = lib.lm_make_rim_widening_law(
-            entry.get("inner_radius"),
-            entry.get("outer_radius"),
-            entry.get("width"),
-            youngs,
-            drive.material.poisson_ratio,
-            law,
-            fault,
-        )
-    return status
+        _make(f"radial {entry.kind}", c, drive, entry, law)
 
 
-def _torsion_element(
-    design: Design, c: Core, drive: Any, entry: Entry, element: Any, fault: Any
-) -> int:
-    lib = c.lib
-    shear = drive.material.shear_modulus_MPa
-    ratio = entry.get("ratio", design.ratio if entry.get("at") == "input" else 1.0)
-    status: int
-    if entry.kind == "shaft":
-        status = lib.lm_make_shaft_torsion(
-            entry.get("outer_diameter"),
-            entry.get("bore", 0.0),
-            entry.get("length"),
-            shear,
-            ratio,
-            element,
-            fault,
-        )
-    elif entry.kind == "shell":
-        status = lib.lm_make_shell_torsion(
-            entry.get("mean_radius"), entry.get("wall"), entry.get("length"), shear, element, fault
-        )
-    elif entry.kind == "diaphragm":
-        status = lib.lm_make_diaphragm_torsion(
-            entry.get("hub_radius"),
-            entry.get("outer_radius"),
-            entry.get("thickness"),
-            shear,
-            element,
-            fault,
-        )
-    elif entry.kind == "lock":
-        status = lib.lm_make_input_lock(entry.get("stiffness"), design.ratio, element, fault)
-    else:
-        # A stiffness at the input or output: the same struct, with the ratio of that place.
-        status = lib.lm_make_input_lock(entry.get("stiffness"), ratio, element, fault)
-    return status
+def _torsion_element(design: Design, c: Core, drive: Any, entry: Entry, element: Any) -> None:
+    at_input = entry.kind == "lock" or entry.get("at") == "input"
+    ratio = design.ratio if at_input else 1.0
+    _make(f"torsion {entry.kind}", c, drive, entry, element, ratio=ratio)
 
 
-def _tolerance_link(
-    design: Design, c: Core, drive: Any, entry: Entry, link: Any, fault: Any
-) -> int:
+def _tolerance_link(design: Design, c: Core, drive: Any, entry: Entry, link: Any) -> None:
     sign = {"hole": 1.0, "shaft": -1.0}.get(entry.kind, 1.0)
     half = 0.5 if entry.kind != "link" and entry.get("diameter", True) else 1.0
     link.influence = entry.get("influence", sign * half)
-    link.lower_mm, link.upper_mm = _deviations(design, c, entry, fault)
+    link.lower_mm, link.upper_mm = _deviations(design, c, entry)
     link.distribution = DISTRIBUTIONS.index(entry.get("distribution", "normal"))
     link.zone = ZONES.index(entry.get("zone"))
-    status: int = c.lib.lm_check_tolerance_links(link, 1, fault)
-    return status
+    c.call(c.lib.lm_check_tolerance_links, link, 1)
 
 
-def _deviations(design: Design, c: Core, entry: Entry, fault: Any) -> tuple[float, float]:
+def _deviations(design: Design, c: Core, entry: Entry) -> tuple[float, float]:
     """Lower and upper deviation in mm: as given, or from an ISO 286 grade.
 
     A grade alone means a basic hole (H), a basic shaft (h) or, for a link, plus and minus half of
@@ -862,14 +823,11 @@ def _deviations(design: Design, c: Core, entry: Entry, fault: Any) -> tuple[floa
     if len(pair) == 2 and not grade and "fundamental_deviation" not in entry.values:
         return entry.get("lower"), entry.get("upper")
     if len(grade) == 2 and not pair:
-        one = c.ffi.new("lm_real *")
-        status = c.lib.lm_it_tolerance(entry.get("nominal"), entry.get("it_grade"), one, fault)
         try:
-            c.check(status, fault)
+            width = c.real_from(c.lib.lm_it_tolerance, entry.get("nominal"), entry.get("it_grade"))
         except LibraryError as error:
             error.key = {"grade": "it_grade"}.get(error.key, "nominal_mm")
             raise
-        width = float(one[0])
         shift = entry.get("fundamental_deviation", 0.0)
         lower = {"hole": 0.0, "shaft": -width}.get(entry.kind, -width / 2)
         return shift + lower, shift + lower + width

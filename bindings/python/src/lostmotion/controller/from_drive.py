@@ -365,13 +365,8 @@ def _torsion_curve(
     torque, angle = c.array(torsion_curve.torque_Nm), c.array(torsion_curve.angle_rad)
     chosen = c.ffi.new("int[]", most)
     error = c.ffi.new("lm_real *")
-    fault = c.fault()
-    c.check(
-        c.lib.lm_choose_knots(
-            c.pointer(torque), c.pointer(angle), torque.size, most, chosen, error, fault
-        ),
-        fault,
-    )
+    knots = (c.pointer(torque), c.pointer(angle), torque.size)
+    c.call(c.lib.lm_choose_knots, *knots, most, chosen, error)
     notes.append(
         f"{most} of {torque.size} points of the torsion curve are kept; linear interpolation "
         f"deviates by at most {error[0] / ARCSEC:.2g} arcsec."

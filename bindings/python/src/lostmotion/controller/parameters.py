@@ -65,28 +65,14 @@ def _build_model(controller: Controller, c: Core, made: Any) -> None:
         made.effect[i].effect = table[name]
         for j, value in enumerate(values):
             made.effect[i].value[j] = value
-    fault = c.fault()
+    bank, envelope = c.ffi.addressof(made.plays), controller.envelope
+    knots = (c.pointer(torque), c.pointer(angle), torque.size)
     try:
-        c.check(
-            c.lib.lm_build_curve(
-                c.ffi.addressof(made.curve), c.pointer(torque), c.pointer(angle), torque.size, fault
-            ),
-            fault,
-        )
-        c.check(
-            c.lib.lm_build_play_bank(
-                c.ffi.addressof(made.plays),
-                plays,
-                len(controller.plays),
-                len(controller.outside),
-                fault,
-            ),
-            fault,
-        )
-        bank = c.ffi.addressof(made.plays)
-        envelope = controller.envelope
-        c.check(c.lib.lm_set_envelope(bank, envelope.most_Nm, envelope.knee_Nm, fault), fault)
-        c.check(c.lib.lm_check_parameters(made, fault), fault)
+        c.call(c.lib.lm_build_curve, c.ffi.addressof(made.curve), *knots)
+        counts = (len(controller.plays), len(controller.outside))
+        c.call(c.lib.lm_build_play_bank, bank, plays, *counts)
+        c.call(c.lib.lm_set_envelope, bank, envelope.most_Nm, envelope.knee_Nm)
+        c.call(c.lib.lm_check_parameters, made)
     except LibraryError as error:
         raise refused(error) from None
 
@@ -97,8 +83,7 @@ def store(made: Any, c: Core | None = None) -> bytes:
     capacity = int(c.lib.LM_BLOB_BYTES_MAX)
     bytes_of = c.ffi.new("uint8_t[]", capacity)
     length = c.ffi.new("size_t *")
-    fault = c.fault()
-    c.check(c.lib.lm_store_parameters(made, bytes_of, capacity, length, fault), fault)
+    c.call(c.lib.lm_store_parameters, made, bytes_of, capacity, length)
     return bytes(c.ffi.buffer(bytes_of, length[0]))
 
 

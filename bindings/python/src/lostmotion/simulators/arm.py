@@ -144,8 +144,7 @@ class Compensators:
         for instance, parameters, torque in zip(
             self._instances, self._parameters, torque_Nm, strict=True
         ):
-            fault = c.fault()
-            c.check(c.lib.lm_start_compensator(instance, parameters, torque, fault), fault)
+            c.call(c.lib.lm_start_compensator, instance, parameters, torque)
 
     def _tell(self, joint: int, torque_Nm: float, angle_rad: float) -> Any:
         self._at.torque_Nm = torque_Nm
