@@ -400,7 +400,7 @@ def test_drawn_teeth_touch_after_the_clearance_that_the_library_gives(name, phas
         rigid = Polygon(np.concatenate((toothed, edge[::-1]))).buffer(0)
         # A neighbouring tooth may touch first: only the points near this tooth's contact count.
         place = touch_place(mesh, touch)
-        near = Point(place).buffer(0.12 * mesh.module_mm)
+        near = Point(place).buffer(0.12 * mesh.geometry.module_mm)
         assert Point(place).distance(rigid.boundary) < 1e-4
 
         def overlap(turn_rad: float, body=flexspline, rigid=rigid, near=near) -> float:

@@ -312,13 +312,14 @@ def _close_up(document: Mapping[str, Any]) -> str:
     try:
         drive = parse_drive(dict(document))
         mesh = make_mesh(design_model(drive))
+        g = mesh.geometry
     except LostMotionError:
         return ""
     width, height = PICTURE_PX
     drawing = Drawing(width, height + 26, f"teeth of {drive.name}")
-    middle = (max(mesh.rigid_tip_mm, mesh.flexspline_tip_mm) + mesh.neutral_mm) / 2
-    middle += (0.35 if not mesh.external else -0.8) * mesh.module_mm
-    scale = width / (PICTURE_PITCHES * math.pi * mesh.module_mm)
+    middle = (max(g.rigid_tip_mm, g.flexspline_tip_mm) + g.neutral_mm) / 2
+    middle += (0.35 if not mesh.external else -0.8) * g.module_mm
+    scale = width / (PICTURE_PITCHES * math.pi * g.module_mm)
     view = View((2.0, 22.0, width - 4, height), scale, 0.0, middle)
     draw_view(drawing, mesh, (), view, "teeth at the deformation axis, to scale")
     return drawing.render()

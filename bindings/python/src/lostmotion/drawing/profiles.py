@@ -79,17 +79,16 @@ def gear_profiles(model: DesignModel) -> tuple[GearProfile, GearProfile]:
     rounding = (
         drive.teeth.root_clearance
         / (1.0 - math.sin(drive.teeth.pressure_angle_rad))
-        * mesh.module_mm
+        * mesh.geometry.module_mm
     )  # tip of the basic rack, ISO 53: c / (1 - sin alpha)
     return (
-        _profile(mesh, "flexspline", mesh.teeth, mesh.external, rounding),
-        _profile(mesh, "rigid", mesh.rigid_teeth, not mesh.external, rounding),
+        _profile(mesh, "flexspline", mesh.geometry.flexspline_teeth, mesh.external, rounding),
+        _profile(mesh, "rigid", mesh.geometry.rigid_teeth, not mesh.external, rounding),
     )
 
 
 def _profile(mesh: Mesh, name: str, teeth: int, internal: bool, rounding: float) -> GearProfile:
-    root = float(getattr(mesh, f"{name}_root_mm"))
-    tip = float(getattr(mesh, f"{name}_tip_mm"))
+    root, tip = (float(getattr(mesh.geometry, f"{name}_{end}_mm")) for end in ("root", "tip"))
     side = -1.0 if internal else 1.0  # from the flank to the middle of the space
 
     def half(radius: float) -> float:
@@ -188,7 +187,7 @@ def rim_contours(model: DesignModel) -> dict[str, Array]:
     """
     mesh = make_mesh(model)
     drive, lib = model.drive, model.core.lib
-    seat = mesh.rim_mm / 2.0
+    seat = drive.flexspline.rim_thickness_mm / 2.0
     bearing = drive.support.ball_diameter_mm + 2.0 * drive.support.race_thickness_mm
     places = [mesh.place(a) for a in np.linspace(0.0, 2.0 * np.pi, CONTOUR_POINTS, endpoint=False)]
     outward = 1.0 if mesh.external else -1.0

@@ -11,6 +11,7 @@ import numpy as np
 from lostmotion.model import Clearances, DesignModel
 from lostmotion.report.charts import Chart
 from lostmotion.report.figure_data import FigureData
+from lostmotion.report.mesh import make_mesh
 from lostmotion.report.svg import Array, signs
 from lostmotion.results import figures
 from lostmotion.results.colours import BLUE, ORANGE, RED, SOFT
@@ -94,37 +95,17 @@ def collect_gaps(model: DesignModel, name: str, phase_rad: float = 0.0) -> Gaps:
                 )
             )
         sides.append(flanks)
-    external = int(model.drive.teeth.deformation) == int(model.core.lib.LM_EXTERNAL)
+    mesh = make_mesh(model)
     return Gaps(
         name,
-        "minor axis" if external else "major axis",
+        "minor axis" if mesh.external else "major axis",
         phase_rad,
         table,
         sides[0],
         sides[1],
         float(np.degrees(model.drive.support.engagement_limit_rad)),
-        rigid_tip(model),
+        float(mesh.geometry.rigid_tip_mm),
     )
-
-
-def rigid_tip(model: DesignModel) -> float:
-    """Tip radius of the rigid gear in mm."""
-    c = model.core
-    geometry = c.ffi.new("lm_geometry *")
-    fault = c.fault()
-    drive = model.drive
-    teeth = c.ffi.addressof(drive, "teeth")
-    c.check(
-        c.lib.lm_make_geometry(
-            teeth,
-            drive.generator.deflection_mm,
-            drive.flexspline.rim_thickness_mm,
-            geometry,
-            fault,
-        ),
-        fault,
-    )
-    return float(geometry.rigid_tip_mm)
 
 
 def gaps_figure(data: Gaps) -> Chart:

@@ -11,6 +11,7 @@ import numpy as np
 
 from lostmotion.model import DesignModel
 from lostmotion.report.svg import Array
+from lostmotion.structs import GENERATORS
 
 FLANK_POINTS = 12
 """Points of a drawn flank."""
@@ -25,26 +26,33 @@ class Mesh:
 
     model: DesignModel
     mesh: Any
-    external: bool
-    teeth: int
-    rigid_teeth: int
-    module_mm: float
-    deflection_mm: float
-    neutral_mm: float
-    rim_mm: float
-    flexspline_root_mm: float
-    flexspline_tip_mm: float
-    rigid_root_mm: float
-    rigid_tip_mm: float
-    lead_per_angle: float
-    generator: str
-    contact_half_angle_rad: float
     phase_rad: float
+
+    @property
+    def geometry(self) -> Any:
+        """The `lm_geometry`: numbers of teeth, radii and deflection."""
+        return self.mesh.geometry
+
+    @property
+    def external(self) -> bool:
+        """Whether the rigid gear is inside the flexspline."""
+        return bool(self.geometry.deformation == self.model.core.lib.LM_EXTERNAL)
+
+    @property
+    def free_edge_mm(self) -> float:
+        """Distance from the neutral line to the free edge of the rim, outward."""
+        half = float(self.model.drive.flexspline.rim_thickness_mm) / 2.0
+        return half if self.external else -half
+
+    @property
+    def generator(self) -> str:
+        """Type of the wave generator."""
+        return str(GENERATORS[self.model.drive.generator.type])
 
     @property
     def pitch(self) -> float:
         """Angle from tooth to tooth of the flexspline."""
-        return 2.0 * math.pi / self.teeth
+        return float(2.0 * math.pi / self.geometry.flexspline_teeth)
 
     def tooth(self, number: int) -> float:
         """Material angle of a tooth (internal) or space (external), counted from the axis."""
@@ -73,49 +81,21 @@ class Mesh:
             )
         own = ffi.addressof(self.mesh, "flank")
         feet = [lib.lm_evaluate_flank(own, lib.lm_flank_at_radius(own, r)) for r in radius_mm]
-        return np.array([math.atan2(f.across_mm, f.along_mm + self.neutral_mm) for f in feet])
+        return np.array(
+            [math.atan2(f.across_mm, f.along_mm + self.geometry.neutral_mm) for f in feet]
+        )
 
     def rigid_axis(self, angle_rad: float) -> float:
         """Position of the rigid gear's space (or tooth) that meets a tooth (or space)."""
-        return angle_rad * (1.0 - self.lead_per_angle)
+        return float(angle_rad * (1.0 - self.geometry.lead_per_angle))
 
 
 def make_mesh(model: DesignModel, phase_rad: float = 0.0) -> Mesh:
     """Prepare the middle section of a design for drawing."""
-    c, drive = model.core, model.drive
+    c = model.core
     mesh = c.ffi.new("lm_mesh *")
-    fault = c.fault()
-    c.check(
-        c.lib.lm_make_mesh(drive, 1.0, c.lib.LM_NEUTRAL_LINE_NODES, mesh, fault),
-        fault,
-    )
-    g = mesh.geometry
-    names = {
-        c.lib.LM_COSINE: "cosine",
-        c.lib.LM_ELLIPSE: "ellipse",
-        c.lib.LM_DISCS: "discs",
-        c.lib.LM_ROLLERS: "rollers",
-        c.lib.LM_RING: "ring",
-    }
-    return Mesh(
-        model,
-        mesh,
-        g.deformation == c.lib.LM_EXTERNAL,
-        g.flexspline_teeth,
-        g.rigid_teeth,
-        g.module_mm,
-        g.deflection_mm,
-        g.neutral_mm,
-        drive.flexspline.rim_thickness_mm,
-        g.flexspline_root_mm,
-        g.flexspline_tip_mm,
-        g.rigid_root_mm,
-        g.rigid_tip_mm,
-        g.lead_per_angle,
-        names[drive.generator.type],
-        drive.generator.contact_half_angle_rad,
-        phase_rad,
-    )
+    c.call(c.lib.lm_make_mesh, model.drive, 1.0, c.lib.LM_NEUTRAL_LINE_NODES, mesh)
+    return Mesh(model, mesh, phase_rad)
 
 
 def tooth_outline(mesh: Mesh) -> Array:
@@ -128,12 +108,12 @@ def tooth_outline(mesh: Mesh) -> Array:
         angles; the origin lies on the neutral line. Root corners are sharp: the fillet of the
         cutter is not part of the model.
     """
-    inner = min(mesh.flexspline_root_mm, mesh.flexspline_tip_mm)
-    outer = max(mesh.flexspline_root_mm, mesh.flexspline_tip_mm)
+    inner = min(mesh.geometry.flexspline_root_mm, mesh.geometry.flexspline_tip_mm)
+    outer = max(mesh.geometry.flexspline_root_mm, mesh.geometry.flexspline_tip_mm)
     # The wide end of the profile is inward for a tooth as well as for a space.
     radius = np.linspace(inner, outer, FLANK_POINTS)
     half = mesh.half_angle("flexspline", radius)
-    return _one_pitch(radius, half, mesh.pitch, mesh.neutral_mm)
+    return _one_pitch(radius, half, mesh.pitch, mesh.geometry.neutral_mm)
 
 
 def _one_pitch(radius: Array, half: Array, pitch: float, origin: float) -> Array:
@@ -162,14 +142,13 @@ def flexspline_shape(mesh: Mesh, angles: Sequence[float]) -> tuple[Array, Array]
         Screen coordinates in mm, at growing angles.
     """
     outline = tooth_outline(mesh)
-    rim = mesh.rim_mm / 2.0 * (1.0 if mesh.external else -1.0)
     toothed, free = [], []
     for angle in angles:
         polar, radius, normal = mesh.place(angle)
         toothed.append(_placed(outline, polar, radius, normal))
         for step in (-0.5, 0.0):
             polar, radius, normal = mesh.place(angle + step * mesh.pitch)
-            free.append(_placed(np.array([[0.0, rim]]), polar, radius, normal))
+            free.append(_placed(np.array([[0.0, mesh.free_edge_mm]]), polar, radius, normal))
     return np.concatenate(toothed), np.concatenate(free)
 
 
@@ -182,13 +161,13 @@ def _placed(points: Array, polar: float, radius: float, normal: float) -> Array:
 
 def rigid_shape(mesh: Mesh, angles: Sequence[float]) -> tuple[Array, Array]:
     """Toothed edge of the rigid gear around the same teeth, and an edge of its body."""
-    pitch = 2.0 * math.pi / mesh.rigid_teeth
-    inner = min(mesh.rigid_root_mm, mesh.rigid_tip_mm)
-    outer = max(mesh.rigid_root_mm, mesh.rigid_tip_mm)
+    pitch = 2.0 * math.pi / mesh.geometry.rigid_teeth
+    inner = min(mesh.geometry.rigid_root_mm, mesh.geometry.rigid_tip_mm)
+    outer = max(mesh.geometry.rigid_root_mm, mesh.geometry.rigid_tip_mm)
     radius = np.linspace(inner, outer, FLANK_POINTS)
     half = mesh.half_angle("rigid", radius)
     outline = _one_pitch(radius, half, pitch, 0.0)
-    thick = 20.0 * mesh.module_mm  # outside every window
+    thick = 20.0 * mesh.geometry.module_mm  # outside every window
     body = inner - thick if mesh.external else outer + thick
     toothed, edge = [], []
     for angle in angles:

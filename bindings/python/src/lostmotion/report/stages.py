@@ -71,18 +71,12 @@ def collect_stages(model: DesignModel, name: str, phase_rad: float = 0.0) -> Sta
     """Follow the take-up up to twice the rated torque at a tooth phase of the wave generator."""
     c = model.core
     workspace = c.ffi.new("lm_design_workspace *")
-    fault = c.fault()
-    nodes = c.lib.LM_NEUTRAL_LINE_NODES
-    c.check(c.lib.lm_prepare_meshes(model.drive, nodes, workspace, fault), fault)
-    torque = c.array([2.0 * model.rated_torque_Nm])
-    found = c.ffi.new("lm_contributions[]", 1)
+    c.call(c.lib.lm_prepare_meshes, model.drive, c.lib.LM_NEUTRAL_LINE_NODES, workspace)
+    torque = c.pointer(c.array([2.0 * model.rated_torque_Nm]))
     state = c.ffi.new("lm_mesh_state *")
-    c.check(
-        c.lib.lm_evaluate_torsion_curve(
-            model.drive, phase_rad, c.pointer(torque), 1, found, state, workspace, fault
-        ),
-        fault,
-    )
+    found = c.ffi.new("lm_contributions[]", 1)
+    evaluated = (torque, 1, found, state, workspace)
+    c.call(c.lib.lm_evaluate_torsion_curve, model.drive, phase_rad, *evaluated)
     take_up = workspace.take_up
     table = model.clearances(phase_rad)
     angles = np.degrees(table.angle_rad[table.section == 0])

@@ -79,8 +79,9 @@ def draw_view(
     drawing: Drawing, mesh: Mesh, touches: Sequence[Touch], view: View, title: str
 ) -> None:
     """Draw the teeth of both gears in a window, to scale."""
+    g = mesh.geometry
     left, top, width, height = view.box
-    half = (width / 2 / view.scale + mesh.module_mm * 4) / mesh.neutral_mm
+    half = (width / 2 / view.scale + g.module_mm * 4) / g.neutral_mm
     first, last = mesh.number(view.angle_rad - half), mesh.number(view.angle_rad + half)
     angles = [mesh.tooth(k) for k in range(first - 1, last + 2)]
     drawing.open_window(left, top, width, height)
@@ -128,7 +129,8 @@ def _scale_bar(drawing: Drawing, view: View) -> None:
 
 def ring_factor(mesh: Mesh) -> float:
     """Magnification of the ring's radial distances."""
-    wanted = RING_SHARE * mesh.neutral_mm / mesh.deflection_mm
+    g = mesh.geometry
+    wanted = RING_SHARE * g.neutral_mm / g.deflection_mm
     return min(
         (2.0, 3.0, 5.0, 8.0, 10.0, 12.0, 15.0, 20.0), key=lambda f: abs(math.log(f / wanted))
     )
@@ -143,13 +145,14 @@ def draw_ring(
     views: Sequence[View],
 ) -> None:
     """Draw the whole ring with magnified radial distances from the neutral line."""
+    g = mesh.geometry
     factor = ring_factor(mesh)
-    outermost = mesh.neutral_mm + 1.3 * mesh.deflection_mm + mesh.rim_mm / 2
-    outermost = max(outermost, mesh.rigid_root_mm)
-    scale = size / 2 / (mesh.neutral_mm + factor * (outermost - mesh.neutral_mm) + 1.0)
+    outermost = g.neutral_mm + 1.3 * g.deflection_mm + abs(mesh.free_edge_mm)
+    outermost = max(outermost, g.rigid_root_mm)
+    scale = size / 2 / (g.neutral_mm + factor * (outermost - g.neutral_mm) + 1.0)
 
     def at(angle: Array, radius: Array) -> Array:
-        r = scale * (mesh.neutral_mm + factor * (radius - mesh.neutral_mm))
+        r = scale * (g.neutral_mm + factor * (radius - g.neutral_mm))
         return np.column_stack((centre[0] + r * np.sin(angle), centre[1] - r * np.cos(angle)))
 
     circle = np.linspace(0.0, 2.0 * math.pi, 241)
@@ -159,9 +162,9 @@ def draw_ring(
 
     # Rigid gear: a toothed ring of trapezoids.
     start = mesh.rigid_axis(mesh.phase_rad)
-    spaces = [start + k * 2.0 * math.pi / mesh.rigid_teeth for k in range(mesh.rigid_teeth)]
+    spaces = [start + k * 2.0 * math.pi / g.rigid_teeth for k in range(g.rigid_teeth)]
     loaded = {mesh.number(t.angle_rad) for t in touches if t.loaded}
-    ends = np.array(sorted((mesh.rigid_root_mm, mesh.rigid_tip_mm)))
+    ends = np.array(sorted((g.rigid_root_mm, g.rigid_tip_mm)))
     half = mesh.half_angle("rigid", ends)
     radius = np.array([ends[0], ends[1], ends[1], ends[0]])
     shapes = [at(a + np.array([-half[0], -half[1], half[1], half[0]]), radius) for a in spaces]
@@ -169,36 +172,35 @@ def draw_ring(
     if mesh.external:
         drawing.area(toothed, RIGID_FILL, RIGID_INK, 0.5)
     else:
-        drawing.area(arc(outermost + 0.6 * mesh.module_mm), RIGID_FILL)
+        drawing.area(arc(outermost + 0.6 * g.module_mm), RIGID_FILL)
         drawing.area(toothed, PAPER, RIGID_INK, 0.5)
 
     # Flexspline: every tooth at the place that the library gives it.
-    ends = np.array(sorted((mesh.flexspline_root_mm, mesh.flexspline_tip_mm)))
+    ends = np.array(sorted((g.flexspline_root_mm, g.flexspline_tip_mm)))
     half = mesh.half_angle("flexspline", ends)
     corners, spots = [], []
-    polar, foot = np.zeros(mesh.teeth), np.zeros(mesh.teeth)
-    for k in range(mesh.teeth):
+    polar, foot = np.zeros(g.flexspline_teeth), np.zeros(g.flexspline_teeth)
+    for k in range(g.flexspline_teeth):
         polar[k], foot[k], _ = mesh.place(mesh.tooth(k))
-        shift = foot[k] - mesh.neutral_mm
+        shift = foot[k] - g.neutral_mm
         one = at(
             polar[k] + np.array([-half[0], -half[1], half[1], half[0]]),
             np.array([ends[0], ends[1], ends[1], ends[0]]) + shift,
         )
         corners.append(one)
-        if _in_lobe(k, mesh.teeth) in loaded:
+        if _in_lobe(k, g.flexspline_teeth) in loaded:
             spots.append(one)
-    rim = mesh.rim_mm / 2.0 * (1.0 if mesh.external else -1.0)
-    free = at(polar, foot + rim)
+    free = at(polar, foot + mesh.free_edge_mm)
     body = np.concatenate(corners)
     ring = np.concatenate((body, body[:1], free[:1], free[::-1], free[-1:]))
     drawing.area(ring, FLEXSPLINE_FILL, opacity=0.9)
     drawing.area(body, "none", FLEXSPLINE_INK, 0.5)
     if mesh.external:
-        spots = [s for k, s in enumerate(shapes) if _in_lobe(k, mesh.rigid_teeth) in loaded]
+        spots = [s for k, s in enumerate(shapes) if _in_lobe(k, g.rigid_teeth) in loaded]
     for spot in spots:
         drawing.area(spot, RIGID_LOADED if mesh.external else FLEXSPLINE_LOADED)
     drawing.area(free, "none", FLEXSPLINE_INK, 0.9)
-    drawing.curve(arc(mesh.neutral_mm), SOFT, 1.0, "4 3")
+    drawing.curve(arc(g.neutral_mm), SOFT, 1.0, "4 3")
     drawing.curve(np.concatenate((at(polar, foot), at(polar[:1], foot[:1]))), FLEXSPLINE_INK, 1.6)
     _draw_generator(drawing, mesh, at)
     _ring_labels(drawing, mesh, centre, size, factor, views)
@@ -211,8 +213,8 @@ def _in_lobe(tooth: int, teeth: int) -> int:
 
 def _draw_generator(drawing: Drawing, mesh: Mesh, at: Any) -> None:
     """Draw the contact of the wave generator with the ring: arcs, or rollers."""
-    rim = mesh.rim_mm / 2.0 * (1.0 if mesh.external else -1.0)
-    beta = mesh.contact_half_angle_rad
+    rim = mesh.free_edge_mm
+    beta = mesh.model.drive.generator.contact_half_angle_rad
     lobes = (0.0, math.pi)
     if mesh.generator == "rollers":
         for lobe in lobes:
@@ -273,15 +275,15 @@ def teeth_figure(
         Tooth phase of the wave generator.
     """
     mesh = make_mesh(model, phase_rad)
+    g = mesh.geometry
     touches = first_touches(model, loaded, phase_rad)
     factor = ring_factor(mesh)
     caption = (
         "Both gears to scale, unloaded, in the torque-free middle: close-ups at the "
         "deformation axis and farther from it. Dots mark where the pairs that carry at rated "
-        "torque touch first. "
-        f"The ring shows all {mesh.teeth} and {mesh.rigid_teeth} teeth with radial distances from "
-        f"the undeformed neutral line (dashed) enlarged {factor:g} times; darker teeth carry at "
-        "rated torque. Root fillets are not drawn."
+        f"torque touch first. The ring shows all {g.flexspline_teeth} and {g.rigid_teeth} teeth "
+        "with radial distances from the undeformed neutral line (dashed) enlarged "
+        f"{factor:g} times; darker teeth carry at rated torque. Root fillets are not drawn."
     )
     if model.sections > 1:
         caption += f" The middle one of {model.sections} axial sections is drawn."
@@ -318,15 +320,16 @@ def close_up_title(angle_rad: float, touches: Sequence[Touch]) -> str:
 
 def draw_teeth(mesh: Mesh, touches: Sequence[Touch], name: str, width: float) -> str:
     """Draw close-ups and the ring."""
+    g = mesh.geometry
     wide = width > 600
-    middle = (max(mesh.rigid_tip_mm, mesh.flexspline_tip_mm) + mesh.neutral_mm) / 2
-    middle += (0.35 if not mesh.external else -0.8) * mesh.module_mm
+    middle = (max(g.rigid_tip_mm, g.flexspline_tip_mm) + g.neutral_mm) / 2
+    middle += (0.35 if not mesh.external else -0.8) * g.module_mm
     reach = max((abs(t.angle_rad) for t in touches), default=0.5)
     close = min(math.radians(CLOSE_UP_DEG), 0.55 * reach)
     far = min(math.radians(FAR_UP_DEG), 0.92 * reach)
     way = -1.0 if mesh.external else 1.0  # where the forward gaps of the far teeth are small
     close, far = (mesh.tooth(mesh.number(way * angle)) for angle in (close, far))
-    circular = math.pi * mesh.module_mm
+    circular = math.pi * g.module_mm
     left = 14.0
 
     def view(box: tuple[float, float, float, float], angle: float, pitches: float) -> View:
