@@ -42,6 +42,7 @@ GROUND = (
     "files",
     "friction",
     "keys",
+    "rms",
     "rules",
     "shipped",
     "structs",

@@ -7,6 +7,8 @@ input, and that its target is writable.
 from __future__ import annotations
 
 import contextlib
+import csv
+import io
 import logging
 import os
 import stat
@@ -160,6 +162,13 @@ scanners and indexers open new files briefly. Chosen: one second, as in the C pa
 
 REPLACE_WAIT_S = 0.05
 """Time between two attempts."""
+
+
+def csv_text(head: Iterable[object], rows: Iterable[Iterable[object]]) -> str:
+    """Write a table as CSV."""
+    stream = io.StringIO()
+    csv.writer(stream, lineterminator="\n").writerows([head, *rows])
+    return stream.getvalue()
 
 
 def replace(beside: str | Path, place: str | Path) -> None:

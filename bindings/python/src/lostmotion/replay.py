@@ -12,14 +12,12 @@ friction state.
 
 from __future__ import annotations
 
-import csv
-import io
 import zlib
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from operator import attrgetter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -28,10 +26,11 @@ from lostmotion.core import NEEDS, Core, core
 from lostmotion.drives import read_drive
 from lostmotion.errors import InputError, LibraryError
 from lostmotion.export import Profile, build, known_effects, make_controller
-from lostmotion.files import read_bytes
+from lostmotion.files import csv_text, read_bytes
 from lostmotion.on_progress import OnProgress
 from lostmotion.recordings import Campaign, Run
 from lostmotion.recordings.findings import RUNS_LISTED
+from lostmotion.rms import rms_of
 from lostmotion.units import ARCSEC
 
 if TYPE_CHECKING:
@@ -120,9 +119,9 @@ class Replay:
             "samples": int(status.size),
             "samples_compared": sum(len(tape.run) for tape in self.tapes),
             "bits_crc32": f"{zlib.crc32(b''.join(tape.words() for tape in self.tapes)):08x}",
-            "rms_uncompensated_arcsec": _rms(before) / ARCSEC,
-            "rms_compensated_arcsec": _rms(after) / ARCSEC,
-            "rms_model_arcsec": _rms(model) / ARCSEC,
+            "rms_uncompensated_arcsec": rms_of(before) / ARCSEC,
+            "rms_compensated_arcsec": rms_of(after) / ARCSEC,
+            "rms_model_arcsec": rms_of(model) / ARCSEC,
             "largest_correction_arcsec": max(
                 float(np.max(np.abs(tape.values[:, 0]))) for tape in self.tapes
             )
@@ -149,27 +148,24 @@ class Replay:
 
     def table(self) -> str:
         """Every tick as CSV, with enough digits to restore the same float32."""
-        out = io.StringIO()
-        writer = csv.writer(out, lineterminator="\n")
-        writer.writerow(
-            (
-                "run",
-                "time_s",
-                "torque_Nm",
-                "correction_rad",
-                "correction_velocity_rad_per_s",
-                "correction_acceleration_rad_per_s2",
-                "model_rad",
-                "status",
-            )
+        head = (
+            "run",
+            "time_s",
+            "torque_Nm",
+            "correction_rad",
+            "correction_velocity_rad_per_s",
+            "correction_acceleration_rad_per_s2",
+            "model_rad",
+            "status",
         )
+        rows = []
         for tape in self.tapes:
             torque = tape.told["torque_Nm"]
             time_s = recorded(tape.run)["time"]
             for k, row in enumerate(tape.values):
                 numbers = (str(value) for value in (torque[k], *row))
-                writer.writerow((tape.run.label, time_s[k], *numbers, tape.status[k]))
-        return out.getvalue()
+                rows.append((tape.run.label, time_s[k], *numbers, tape.status[k]))
+        return csv_text(head, rows)
 
 
 def errors_of(tape: Tape) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -183,10 +179,6 @@ def errors_of(tape: Tape) -> tuple[FloatArray, FloatArray, FloatArray]:
     model = values[:, OUTPUTS.index("lost_motion_rad")].astype(np.float64)
     before = measured - np.mean(measured - model)
     return before, before + values[:, 0], before - model
-
-
-def _rms(values: FloatArray) -> float:
-    return float(np.sqrt(np.mean(values**2)))
 
 
 def read_parameters(
@@ -497,25 +489,3 @@ def _runs(labels: Collection[int | str]) -> str:
     shown = [str(label) for label in labels][:RUNS_LISTED]
     more = ", ..." * (len(labels) > RUNS_LISTED)
     return f"run{'s' * (len(labels) > 1)} {', '.join(shown)}{more}"
-
-
-def show_replay(result: Replay, out: TextIO) -> None:
-    """Print the answer of the command."""
-    answer = result.answer()
-    print(f"{answer['samples']} ticks, bits {answer['bits_crc32']}\n", file=out)
-    print("rms error of the output, with the zero that fits the model best:", file=out)
-    for name in ("uncompensated", "compensated"):
-        print(f"  {name:14}{answer[f'rms_{name}_arcsec']:9.2f} arcsec", file=out)
-    print(f"  {'model alone':14}{answer['rms_model_arcsec']:9.2f} arcsec", file=out)
-    print(f"largest correction {answer['largest_correction_arcsec']:.2f} arcsec", file=out)
-    print("\nuncertainty from the unknown history before the log, at its start and end:", file=out)
-    for run in answer["by_run"]:
-        start, end = run["unknown_at_start_arcsec"], run["unknown_at_end_arcsec"]
-        print(f"  run {run['run']}: {start:.2f} and {end:.2f} arcsec", file=out)
-    seen = {name: count for name, count in answer["states"].items() if count}
-    if seen:
-        print("\nstatus bits, ticks:", file=out)
-        for name, count in seen.items():
-            print(f"  {name.replace('_', ' ')}: {count}", file=out)
-    for note in answer["notes"]:
-        print(f"\n{note}", file=out)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -11,6 +9,7 @@ import numpy as np
 
 from lostmotion.drives import Drive
 from lostmotion.errors import InputError, LostMotionError
+from lostmotion.files import csv_text
 from lostmotion.model import ADVICE, design_model, reversal_torque
 from lostmotion.results import data_frame, figures
 from lostmotion.sensitivity import with_value
@@ -49,12 +48,9 @@ class SideBySide(dict[str, Any]):
 
     def csv(self) -> str:
         """Return the table as CSV; numbers keep every digit."""
-        stream = io.StringIO()
-        writer = csv.writer(stream, lineterminator="\n")
         names = self.columns()
-        writer.writerow(names)
-        writer.writerows(["" if row[n] is None else row[n] for n in names] for row in self["rows"])
-        return stream.getvalue()
+        cells = (["" if row[n] is None else row[n] for n in names] for row in self["rows"])
+        return csv_text(names, cells)
 
     def plot(self) -> Any:
         """Plot lost motion over the varied dimension, or over stiffness (Plotly figure)."""

@@ -8,7 +8,7 @@ import json
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any, TextIO
 
 from lostmotion.errors import TerminatedError, one_line
@@ -94,11 +94,15 @@ def fixed(value: float | None, digits: int = 3) -> str:
     return "-" if value is None else f"{round(value, digits) + 0.0:.{digits}f}"
 
 
+def show_list(heading: str, lines: Iterable[str], out: TextIO, *, before: str = "\n") -> None:
+    """Print lines under a heading; nothing if there are none."""
+    text = "".join(f"  {line}\n" for line in lines)
+    if text:
+        print(f"{before}{heading}:\n{text}", end="", file=out)
+
+
 def show_findings(findings: Sequence[str], out: TextIO) -> None:
     """Print findings about the data before the results."""
-    if not findings:
-        return
-    print("about the data:", file=out)
-    for finding in findings:
-        print(f"  {finding}", file=out)
-    print(file=out)
+    if findings:
+        show_list("about the data", findings, out, before="")
+        print(file=out)

@@ -28,6 +28,7 @@ from scipy import optimize, special
 from scipy.linalg.lapack import dpocon, dposv
 
 from lostmotion.characterize.stretches import CELLS, FEW_READINGS, Samples
+from lostmotion.rms import rms_of
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
@@ -136,7 +137,7 @@ class CurveFit:
     @property
     def rms_rad(self) -> float:
         """Residual of the loop after the lines and the width."""
-        return float(np.sqrt(np.mean(self.residual_rad**2)))
+        return rms_of(self.residual_rad)
 
     @property
     def critical(self) -> float:

@@ -21,7 +21,7 @@ from lostmotion.recordings.joining import Join
 from lostmotion.recordings.protocol import FREE
 from lostmotion.recordings.ratio import estimate_ratio
 from lostmotion.sample import read_or_sample
-from lostmotion.terminal import deliver, show_findings, show_table
+from lostmotion.terminal import deliver, show_findings, show_list, show_table
 from lostmotion.units import plain_number
 
 
@@ -150,9 +150,7 @@ def print_characterization(
         print(f"\nresidual of the loops {plain_number(answer['rms_arcsec'])} arcsec rms", file=out)
     for reason in dict.fromkeys(reasons):
         print(reason, file=out)
-    print("\nassumptions:", file=out)
-    for line in answer["assumptions"]:
-        print(f"  {line}", file=out)
+    show_list("assumptions", answer["assumptions"], out)
     show_findings(answer["findings"], out)
     if file is not None:
         print(f"\nwritten: {one_line(file)}", file=out)

@@ -18,7 +18,7 @@ from lostmotion.design.running import search
 from lostmotion.design.spec import read_spec
 from lostmotion.errors import InputError, LostMotionError, one_line
 from lostmotion.options import whole_number
-from lostmotion.terminal import deliver, show_table
+from lostmotion.terminal import deliver, show_list, show_table
 
 BAR_WIDTH = 20
 """Width of the progress bar in characters."""
@@ -156,10 +156,7 @@ def show_result(result: SearchResult, out: TextIO) -> None:
         bound = [limit["name"] for limit in seen["limits"] if limit["binds"]]
         print("  " + (", ".join(bound) or "no limit"), file=out)
         at_bounds = at_ends(seen, f"{result.units[0]} of {result.objectives[0]}")
-        if at_bounds:
-            print("\nvariables at a bound of their range:", file=out)
-            for told in at_bounds:
-                print(f"  {told}", file=out)
+        show_list("variables at a bound of their range", at_bounds, out)
         broken = [limit for limit in seen["limits"] if limit["stated"] and limit["margin"] < 0]
         for limit in broken:
             unit = margin_unit(limit["name"])
@@ -168,7 +165,5 @@ def show_result(result: SearchResult, out: TextIO) -> None:
             searched, fine = (seen[k][f"{name}_{unit}"] for k in ("figures_as_searched", "figures"))
             if abs(fine - searched) > APART * abs(fine):
                 print(f"  {name} {fine:.5g} {unit} there, {searched:.5g} in the search", file=out)
-    if result.assumed:
-        print("\ndefault values:", file=out)
-        for key, value in result.assumed.items():
-            print(f"  {key} = {value}", file=out)
+    assumed = (f"{key} = {value}" for key, value in result.assumed.items())
+    show_list("default values", assumed, out)

@@ -15,7 +15,7 @@ from lostmotion.errors import InputError
 from lostmotion.export import Profile, export, make_controller, read_settings
 from lostmotion.fit.drive_file import require_within_bounds, written_effects
 from lostmotion.options import own_effects
-from lostmotion.terminal import deliver
+from lostmotion.terminal import deliver, show_list
 
 
 def run_export(arguments: argparse.Namespace) -> None:
@@ -72,16 +72,12 @@ def show_export(answer: Mapping[str, Any], out: TextIO) -> None:
         print(f"  outputs: {', '.join(answer['outputs'])}", file=out)
         print(f"  parameters that may be tuned: {answer['tunable']}", file=out)
     if answer.get("kind", "compensator") == "compensator":
-        print("\nlimits of the correction:", file=out)
-        for name, value in {**answer["limits"], **answer["watch"]}.items():
-            print(f"  {name} = {value:.6g}", file=out)
-    stated = {name: value for name, value in answer["valid"].items() if np.any(value)}
-    if stated:
-        print("\nfitted range:", file=out)
-        for name, value in stated.items():
-            text = " to ".join(f"{end:.6g}" for end in np.atleast_1d(value))
-            print(f"  {name} = {text}", file=out)
-    if answer["notes"]:
-        print("\nassumed:", file=out)
-        for line in answer["notes"]:
-            print(f"  {line}", file=out)
+        limits = {**answer["limits"], **answer["watch"]}.items()
+        show_list("limits of the correction", (f"{n} = {v:.6g}" for n, v in limits), out)
+    ranges = (
+        f"{name} = {' to '.join(f'{end:.6g}' for end in np.atleast_1d(value))}"
+        for name, value in answer["valid"].items()
+        if np.any(value)
+    )
+    show_list("fitted range", ranges, out)
+    show_list("assumed", answer["notes"], out)

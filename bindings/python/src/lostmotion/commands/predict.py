@@ -14,7 +14,7 @@ from lostmotion.errors import InputError, one_line
 from lostmotion.model import ADVICE, check_meanings
 from lostmotion.options import read_number, whole_number
 from lostmotion.predict import clearances, predict, show_default
-from lostmotion.terminal import deliver, fixed, show_table
+from lostmotion.terminal import deliver, fixed, show_list, show_table
 from lostmotion.units import ARCMIN
 
 DEFAULT_TORQUES = 33
@@ -166,14 +166,9 @@ def show_prediction(answer: dict[str, Any], out: TextIO, sensitivity: bool = Fal
         print(f"hint: {hint}", file=out)
     if sensitivity:
         show_sensitivity(answer["sensitivity"], out)
-    if answer["defaults"]:
-        print("\ndefault values:", file=out)
-        for key, value in answer["defaults"].items():
-            print(f"  {key} = {show_default(value)}", file=out)
-    if answer["assumptions"]:
-        print("\nassumed:", file=out)
-        for line in answer["assumptions"]:
-            print(f"  {line}", file=out)
+    defaults = (f"{key} = {show_default(value)}" for key, value in answer["defaults"].items())
+    show_list("default values", defaults, out)
+    show_list("assumed", answer["assumptions"], out)
 
 
 def show_budget(budget: list[dict[str, Any]], out: TextIO) -> None:

@@ -32,6 +32,7 @@ from lostmotion.friction import Friction
 from lostmotion.hold_against import hold_against
 from lostmotion.on_progress import OnProgress
 from lostmotion.recordings import Campaign, say_findings
+from lostmotion.rms import rms_of
 from lostmotion.threads import one_thread
 from lostmotion.torsion_curve import TorsionCurve
 from lostmotion.units import ARCMIN, ARCSEC
@@ -446,8 +447,3 @@ def held_out_by(campaign: Campaign, seen: npt.NDArray[np.bool_]) -> str:
     if not seen.all():
         return "runs not fitted"
     return "run" if len(campaign.runs) > 1 else "half of the run"
-
-
-def rms_of(values: FloatArray) -> float:
-    """Root mean square."""
-    return float(np.sqrt(np.mean(values**2)))

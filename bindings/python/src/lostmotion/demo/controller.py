@@ -20,6 +20,7 @@ from lostmotion.drives import read_drive
 from lostmotion.export import export, make_controller
 from lostmotion.recordings import Campaign, Run
 from lostmotion.replay import Tape, errors_of, read_parameters, replay
+from lostmotion.rms import rms_of
 from lostmotion.shipped import FIRMWARE, find_inputs
 from lostmotion.units import ARCSEC
 
@@ -113,16 +114,11 @@ def replay_here(blob: Path, log: Campaign) -> Scores:
     return Scores(
         [tape.run.label for tape in result.tapes],
         [float(np.mean(tape.run.columns["temperature"])) for tape in result.tapes],
-        np.array([rms(before) for before, _, _ in scores]) / ARCSEC,
-        np.array([rms(after) for _, after, _ in scores]) / ARCSEC,
+        np.array([rms_of(before) for before, _, _ in scores]) / ARCSEC,
+        np.array([rms_of(after) for _, after, _ in scores]) / ARCSEC,
         result.answer()["bits_crc32"],
         result.tapes,
     )
-
-
-def rms(values: FloatArray) -> float:
-    """Root mean square."""
-    return float(np.sqrt(np.mean(values**2)))
 
 
 def export_both(drive_file: Path, header: Path) -> None:

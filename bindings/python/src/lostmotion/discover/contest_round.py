@@ -24,6 +24,7 @@ from lostmotion.evidence.contest import Contest, Result
 from lostmotion.evidence.gram import gather
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.point import Point
+from lostmotion.rms import rms_of
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
@@ -43,7 +44,7 @@ class Projector:
         """Root mean square of the residual of a column."""
         column = column - column.mean()
         taken = self.fixed @ np.linalg.solve(self.normal, self.fixed.T @ column)
-        return float(np.sqrt(np.mean((column - taken) ** 2)))
+        return rms_of(column - taken)
 
 
 @dataclass

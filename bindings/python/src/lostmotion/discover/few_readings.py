@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-import numpy as np
-
 from lostmotion import rules
 from lostmotion.discover.advice import count_runs
 from lostmotion.discover.answer import Diagnosis
@@ -13,6 +11,7 @@ from lostmotion.discover.conclusion import INCONCLUSIVE
 from lostmotion.effects.effect import Effect
 from lostmotion.fit.drive_file import SAMPLES_LEAST
 from lostmotion.fit.few_readings import FewReadings
+from lostmotion.rms import rms_of
 
 
 def few_readings_diagnosis(few: FewReadings, effects: Mapping[str, Effect]) -> Diagnosis:
@@ -36,8 +35,8 @@ def few_readings_diagnosis(few: FewReadings, effects: Mapping[str, Effect]) -> D
         [
             {
                 "effects": [],
-                "rms_arcsec": float(np.sqrt(np.mean(base.residual() ** 2))),
-                "rms_heldout_arcsec": float(np.sqrt(np.mean(heldout**2))),
+                "rms_arcsec": rms_of(base.residual()),
+                "rms_heldout_arcsec": rms_of(heldout),
             }
         ],
         [],

@@ -45,6 +45,7 @@ from lostmotion.hold_against import hold_against
 from lostmotion.on_progress import OnProgress
 from lostmotion.recordings import Campaign
 from lostmotion.results import figures
+from lostmotion.rms import rms_of
 from lostmotion.threads import one_thread
 from lostmotion.torsion_curve import TorsionCurve
 
@@ -331,8 +332,8 @@ def few_readings_model(base: BaselineModel, add: Sequence[Effect]) -> FittedMode
     heldout = few.heldout()
     rung = {
         "effects": [],
-        "rms_arcsec": float(np.sqrt(np.mean(base.residual() ** 2))),
-        "rms_heldout_arcsec": float(np.sqrt(np.mean(heldout**2))),
+        "rms_arcsec": rms_of(base.residual()),
+        "rms_heldout_arcsec": rms_of(heldout),
     }
     error = few.error_arcsec
     return FittedModel(base, [rung], error, error, table)

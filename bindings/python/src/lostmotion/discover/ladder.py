@@ -20,6 +20,7 @@ from lostmotion.effects.conditions import Conditions
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.fitted_range import beyond, fitted_ranges
 from lostmotion.fit.held_out import LeftOut
+from lostmotion.rms import rms_of
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -58,7 +59,7 @@ class Rung:
     @property
     def heldout_rms_arcsec(self) -> float:
         """Leave-one-run-out error."""
-        return float(np.sqrt(np.mean(self.left_out**2)))
+        return rms_of(self.left_out)
 
     def rms_of(self, settings: Sequence[Setting]) -> float:
         """Error over settings, each predicted from the others, arc seconds."""
@@ -116,7 +117,7 @@ def make_rung(model: BaselineModel, settings: Sequence[Setting], grown: bool) ->
     }
     return Rung(
         model,
-        float(np.sqrt(np.mean(model.residual() ** 2))),
+        rms_of(model.residual()),
         left_out,
         by_setting,
         {one for one in settings if grown and shown_without(left, one)},

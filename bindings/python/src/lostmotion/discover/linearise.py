@@ -21,6 +21,7 @@ from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.deviations import DEVIATION_MAX, DEVIATIONS
 from lostmotion.fit.least_squares import solve_within
 from lostmotion.fit.point import Point
+from lostmotion.rms import rms_of
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -110,10 +111,10 @@ def settle(base: BaselineModel, noise: Noise, rounds: int = ROUNDS) -> Settled:
     residual = current.residual()
     best = contest_at(current, noise)
     objective = objective_at(misfit, current, residual, best)
-    least_rms = rms_arcsec(residual)
+    least_rms = rms_of(residual)
     for _ in range(rounds):
         found = move(misfit, current, residual, best)
-        if found is None or rms_arcsec(found[1]) >= rules.WORSE * least_rms:
+        if found is None or rms_of(found[1]) >= rules.WORSE * least_rms:
             break
         moved, residual = found
         contest = contest_at(moved, noise, best)
@@ -122,7 +123,7 @@ def settle(base: BaselineModel, noise: Noise, rounds: int = ROUNDS) -> Settled:
             break
         fall = objective - value
         current, best, objective = moved, contest, value
-        least_rms = min(least_rms, rms_arcsec(residual))
+        least_rms = min(least_rms, rms_of(residual))
         if fall < SETTLED:
             break
     return Settled(current, best, noise)
@@ -200,12 +201,7 @@ class Misfit:
 
 def plain_rms(base: BaselineModel) -> float:
     """Root mean square of the residual, arc seconds."""
-    return rms_arcsec(base.residual())
-
-
-def rms_arcsec(values: FloatArray) -> float:
-    """Root mean square."""
-    return float(np.sqrt(np.mean(values**2)))
+    return rms_of(base.residual())
 
 
 def contest_at(base: BaselineModel, noise: Noise, near: Contest | None = None) -> Contest:

@@ -17,6 +17,7 @@ import numpy.typing as npt
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.least_squares import solve_within
 from lostmotion.fit.parameters import placed
+from lostmotion.rms import rms_of
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
@@ -194,4 +195,4 @@ def residual_without(
 
 def held_out_rms(base: BaselineModel) -> float:
     """Root mean square of `held_out_residual` over the runs."""
-    return float(np.sqrt(np.mean(held_out_residual(base) ** 2)))
+    return rms_of(held_out_residual(base))

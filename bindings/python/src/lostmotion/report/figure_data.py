@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+
+from lostmotion.files import csv_text
 
 CSV_DIGITS = 10
 """Significant digits of the numbers behind a picture."""
@@ -32,13 +32,8 @@ class FigureData:
 
     def csv(self) -> str:
         """Return the table as CSV."""
-        stream = io.StringIO()
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(self.columns)
-        writer.writerows(
-            [_cell(value) for value in row] for row in zip(*self.columns.values(), strict=True)
-        )
-        return stream.getvalue()
+        rows = zip(*self.columns.values(), strict=True)
+        return csv_text(self.columns, (map(_cell, row) for row in rows))
 
 
 def _cell(value: object) -> str:

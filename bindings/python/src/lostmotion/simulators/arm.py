@@ -26,6 +26,7 @@ from lostmotion.core import core
 from lostmotion.drives import Drive, read_drive
 from lostmotion.export import build, make_controller
 from lostmotion.on_progress import OnProgress
+from lostmotion.rms import rms_of
 from lostmotion.shipped import find_inputs
 from lostmotion.simulators.mujoco import SUFFIX, put_drives
 
@@ -312,7 +313,7 @@ def run_arm(step_s: float = 1e-3, progress: OnProgress | None = None) -> dict[st
         error = np.linalg.norm(done.tool_m - done.commanded_m, axis=1)[round(REST_S / step_s) :]
         found[variant] = {
             "repeatability_um": 1e6 * repeatability_m(attained),
-            "tracking_rms_um": 1e6 * float(np.sqrt(np.mean(error**2))),
+            "tracking_rms_um": 1e6 * rms_of(error),
             "tracking_max_um": 1e6 * float(error.max()),
             "error_um": 1e6 * error,
         }

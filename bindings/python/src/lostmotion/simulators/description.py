@@ -13,9 +13,6 @@ from lostmotion.simulators.variables import UNITS, Variable
 
 Version = Literal[2, 3]
 
-VERSIONS: tuple[Version, ...] = (2, 3)
-"""Versions of FMI."""
-
 
 @dataclass(frozen=True)
 class Description:

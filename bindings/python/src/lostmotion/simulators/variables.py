@@ -53,9 +53,6 @@ SUFFIXES = {
 }
 """Unit by the suffix of a field's name."""
 
-UNKNOWN = float(core().lib.LM_UNKNOWN)
-"""LM_UNKNOWN: an input of this value is unknown."""
-
 
 @dataclass(frozen=True)
 class Variable:

@@ -8,7 +8,7 @@ import threading
 import time
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from html import escape
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -23,12 +23,12 @@ from lostmotion.errors import InputError, LostMotionError
 from lostmotion.files import check_plain, is_inside, write_whole
 from lostmotion.report.charts import page_figure
 from lostmotion.report.front import axis_name, draw_front
-from lostmotion.report.page import PageTable, rows_html
+from lostmotion.report.page import PageTable, facts_html, rows_html
 from lostmotion.report.svg import signs
 from lostmotion.report.wording import written
 from lostmotion.workbench.bench import Bench
 from lostmotion.workbench.disclosure import public_message
-from lostmotion.workbench.panel import Panel, action, field, plot
+from lostmotion.workbench.panel import Panel, action, choice, field, plot
 from lostmotion.workbench.work import LOG, Work
 
 MARGINS = 14
@@ -229,12 +229,7 @@ class DesignPanel(Panel):
         with self.live:
             self.html(
                 '<div class="wide-bar"><div '
-                f'style="width:{100 * share:.1f}%"></div></div><dl class="facts">'
-                + "".join(
-                    f"<div><dt>{escape(what)}</dt><dd>{escape(value)}</dd></div>"
-                    for what, value in facts
-                )
-                + "</dl>"
+                f'style="width:{100 * share:.1f}%"></div></div>{facts_html(facts)}'
             )
         # A chart takes longer to draw than the numbers: not at every step of a search.
         now = time.monotonic()
@@ -260,12 +255,7 @@ class DesignPanel(Panel):
         options = {i: axis_name(name, unit) for i, (name, unit) in enumerate(named)}
         with ui.element("div").classes("line"):
             for place, text in enumerate(("along", "upwards")):
-                ui.select(
-                    options,
-                    value=self.axes[place],
-                    label=text,
-                    on_change=lambda event, place=place: self.turn(place, event.value),
-                ).props("dense outlined options-dense").style("width: 220px")
+                choice(options, self.axes[place], text, partial(self.turn, place), "width: 220px")
 
     def turn(self, place: int, objective: int) -> None:
         """Draw another objective."""
@@ -287,12 +277,9 @@ class DesignPanel(Panel):
             if result is None or not result.front:
                 return
             with ui.element("div").classes("line"):
-                ui.select(
-                    {i: self.one_line(i) for i in range(len(result.front))},
-                    value=self.picked,
-                    label="design, or pick a dot",
-                    on_change=lambda event: self.pick(event.value),
-                ).props("dense outlined options-dense").style("min-width: 260px; flex: 1 1 260px")
+                lines = {i: self.one_line(i) for i in range(len(result.front))}
+                wide = "min-width: 260px; flex: 1 1 260px"
+                choice(lines, self.picked, "design, or pick a dot", self.pick, wide)
             if self.picked is None:
                 return
             one = result.front[self.picked]

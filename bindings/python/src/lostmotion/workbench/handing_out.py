@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Mapping
+from functools import partial
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,7 @@ from lostmotion.export import PROFILES, SETTINGS, Profile
 from lostmotion.report.page import PageTable, rows_html
 from lostmotion.report.wording import words
 from lostmotion.workbench.bench import Bench
-from lostmotion.workbench.panel import Panel, action, field
+from lostmotion.workbench.panel import Panel, action, choice, field
 from lostmotion.workbench.work import Work
 
 
@@ -46,12 +47,9 @@ class ExportPanel(Panel):
         self.html(f'<p class="verdict">{escape(what)}</p>')
         with ui.element("div").classes("line"):
             field("settings", self, "settings", "min-width: 230px").mark("settings")
-            ui.select(
-                list(PROFILES),
-                value=self.profile,
-                label="build of the code",
-                on_change=lambda event: setattr(self, "profile", event.value),
-            ).props("dense outlined options-dense").style("width: 190px")
+            builds = {name: name for name in PROFILES}
+            put = partial(setattr, self, "profile")
+            choice(builds, self.profile, "build of the code", put, "width: 190px")
             field("name of the constant", self, "constant", "width: 190px")
         keys = ", ".join(key.written for key in SETTINGS)
         self.html(f'<p class="small soft" style="margin-top:8px">Settings: {escape(keys)}.</p>')

@@ -24,7 +24,7 @@ from lostmotion.report.overlay import overlay_figure
 from lostmotion.report.residual_grids import grids_figure
 from lostmotion.report.wording import words
 from lostmotion.workbench.bench import Bench
-from lostmotion.workbench.panel import Panel, action, plot
+from lostmotion.workbench.panel import Panel, action, choice, plot
 from lostmotion.workbench.work import Work
 
 RUNS_LISTED = 6
@@ -110,12 +110,11 @@ class WherePanel(Panel):
         added = ", ".join(words(name) for name in self.bench.chosen) or "nothing added"
         what = "the fit of compare" if model is None else f"the model with {added}"
         with ui.element("div").classes("line"):
-            ui.select(
-                {name: NAMES[name][0] for name in data.covariates},
-                value=self.covariate,
-                label="residual against",
-                on_change=lambda event: self.choose(event.value),
-            ).props("dense outlined options-dense").style("min-width: 190px").mark("covariate")
+            names = {name: NAMES[name][0] for name in data.covariates}
+            made = choice(
+                names, self.covariate, "residual against", self.choose, "min-width: 190px"
+            )
+            made.mark("covariate")
             ui.label(
                 f"Residual of {what}. The colour scale is kept when the model changes."
             ).classes("soft small")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Mapping
+from functools import partial
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -21,7 +22,7 @@ from lostmotion.report.page import PageTable, rows_html
 from lostmotion.report.svg import signs
 from lostmotion.report.wording import confounded_with, named_numbers, words
 from lostmotion.workbench.bench import Bench
-from lostmotion.workbench.panel import Panel, action, field
+from lostmotion.workbench.panel import Panel, action, choice, field
 from lostmotion.workbench.work import Work
 
 CAUSES = {
@@ -209,12 +210,10 @@ class AlikePanel(Panel):
         )
         with ui.element("div").classes("line"):
             for place in (0, 1):
-                ui.select(
-                    names,
-                    value=self.pair[place],
-                    label="and" if place else "compare",
-                    on_change=lambda event, place=place: self.put(place, event.value),
-                ).props("dense outlined options-dense").style("width: 210px").mark(f"pair{place}")
+                label = "and" if place else "compare"
+                choose = partial(self.pair.__setitem__, place)
+                made = choice(names, self.pair[place], label, choose, "width: 210px")
+                made.mark(f"pair{place}")
             action("Compare", self.start, main=True).mark("compare")
         if self.bench.rivals is not None:
             self.result()
@@ -229,10 +228,6 @@ class AlikePanel(Panel):
         others += [*self.bench.effects[first].confused_with, *(c["name"] for c in ranked[1:])]
         others += names
         return [first, next(one for one in others if one != first and one in self.bench.effects)]
-
-    def put(self, place: int, name: str) -> None:
-        """Change one of the two."""
-        self.pair[place] = name
 
     def start(self) -> None:
         """Fit both."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from html import escape
 from typing import Any
 
@@ -24,6 +24,20 @@ def field(text: str, kept_in: object, attribute: str, style: str) -> ui.input:
     """Make an input whose text is stored in an attribute of an object."""
     made = ui.input(text).props("dense outlined stack-label").style(style)
     return made.bind_value(kept_in, attribute)
+
+
+def choice(
+    options: Mapping[Any, str],
+    value: Any,
+    label: str,
+    choose: Callable[[Any], None],
+    style: str,
+) -> ui.select:
+    """Make a select, which calls `choose` with the chosen key."""
+    made = ui.select(
+        dict(options), value=value, label=label, on_change=lambda event: choose(event.value)
+    )
+    return made.props("dense outlined options-dense").style(style)
 
 
 class Panel:

@@ -7,7 +7,7 @@ from nicegui import ui
 from lostmotion.report.charts import plots_of
 from lostmotion.report.wording import words
 from lostmotion.workbench.bench import Bench
-from lostmotion.workbench.panel import Panel
+from lostmotion.workbench.panel import Panel, choice
 from lostmotion.workbench.work import Work
 
 
@@ -34,24 +34,16 @@ class PlotsPanel(Panel):
             self.chosen = next(iter(plots))
         added = ", ".join(words(name) for name in bench.chosen) or "baseline model"
         with ui.element("div").classes("line"):
-            ui.select(
-                {name: one.title for name, one in plots.items()},
-                value=self.chosen,
-                label="plot",
-                on_change=lambda event: self.choose(event.value),
-            ).props("dense outlined options-dense").style("min-width: 260px").mark("plot")
+            titles = {name: one.title for name, one in plots.items()}
+            choice(titles, self.chosen, "plot", self.choose, "min-width: 260px").mark("plot")
             if changed:
-                ui.select(
-                    {False: f"after: with {added}", True: "before: baseline model"},
-                    value=self.before,
-                    label="model",
-                    on_change=lambda event: self.turn(before=event.value),
-                ).props("dense outlined options-dense").style("min-width: 220px").mark("model")
+                ends = {False: f"after: with {added}", True: "before: baseline model"}
+                choice(ends, self.before, "model", self.turn, "min-width: 220px").mark("model")
             else:
                 ui.label(f"Of the current model: {added}.").classes("soft small")
         self.chart(plots[self.chosen])
 
-    def turn(self, *, before: bool) -> None:
+    def turn(self, before: bool) -> None:
         """Show the model before or after the effects were added."""
         self.before = before
         self.redraw()
