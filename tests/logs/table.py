@@ -13,6 +13,7 @@ from . import (  # noqa: F401 - they enter their dresses into the list
     dresses_of_packing,
     dresses_of_programs,
     dresses_of_quantities,
+    dresses_of_runs,
     dresses_of_text,
 )
 from .clean import clean

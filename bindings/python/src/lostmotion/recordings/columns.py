@@ -70,7 +70,7 @@ FRACTIONS = {
 }
 """Suffixes of the names of two columns that form one clock, as in ROS stamps."""
 
-THOUSANDTHS = ("ms", "msec", "msecs", "millisec", "millisecs", "millisecond", "milliseconds")
+THOUSANDTHS = frozenset("ms msec msecs millisec millisecs millisecond milliseconds millitm".split())
 """Names of a column of the milliseconds of a date or time of day in whole seconds."""
 
 TEXT_STAMP = frozenset(("iso", "date", "utc", "stamp"))
@@ -498,8 +498,10 @@ def lacking(
             others = f", or {ORDER}, a running number" if measured else ""
             if name == "torque" and locked and "output_angle" not in there:
                 others = f"; {locked}"
+            if "%" in meant:  # a share of a rated value, or of the range of a sensor
+                column += "/NUMBER (percent for one unit)"
             expected = f"{named(name)}, or --map {meant}={column}{others}"
-            faults.append(InputError(file, column, nothing, expected))
+            faults.append(InputError(file, QUANTITIES[name].column, nothing, expected))
     if "lost_motion" not in there and not {"input_angle", "output_angle"} <= set(there):
         have = [name for name in ("input_angle", "output_angle") if name in there]
         found = f"only {have[0]} among {', '.join(names)}" if have else nothing

@@ -34,8 +34,25 @@ OTHER_KINDS = (
     (b"SQLite format 3", "an SQLite file", "the table saved as CSV"),
     (b"\x93NUMPY", "a NumPy file", "the table saved as CSV"),
     (b"%PDF", "a PDF", "the table saved as CSV"),
+    (b"MATLAB 5.0 MAT-file", "a MAT file", "the table saved as CSV or Parquet"),
+    (b"MATLAB 7.3 MAT-file", "a MAT file", "the table saved as CSV or Parquet"),
+    (b"ARROW1", "an Arrow file", "the table saved as Parquet or CSV"),
+    (b"FEA1", "a Feather file", "the table saved as Parquet or CSV"),
+    (b"BZh", "a bzip2 archive", "the file unpacked, or packed by gzip"),
+    (b"\xfd7zXZ\0", "an xz archive", "the file unpacked, or packed by gzip"),
+    (b"\x28\xb5\x2f\xfd", "a Zstandard archive", "the file unpacked, or packed by gzip"),
+    (b"7z\xbc\xaf\x27\x1c", "a 7z archive", "the file unpacked, or packed by gzip"),
+    (b"Rar!", "a RAR archive", "the file unpacked, or packed by gzip"),
 )
 """First bytes of other kinds of files, and the remedy."""
+
+CONTROL = bytes({*range(1, 32)} - {*b"\t\n\v\f\r\x1a\x1b"})
+"""Control characters that no text contains, with the exception of damaged cells. NULs fill the end
+of a damaged file, 1A ends a DOS file, and 1B switches Japanese encodings."""
+
+CONTROL_SHARE = 0.02
+"""Least share of these in the beginning that identifies a file that is no text. In compressed data
+and binary numbers every tenth byte is one; a damaged cell is shorter."""
 
 
 def encoding_of(raw: bytes) -> tuple[str, int]:
@@ -80,12 +97,17 @@ def as_utf8(file: str | Path, raw: bytes, wanted: Collection[str] = ()) -> bytes
     Raises
     ------
     InputError
-        For files that begin like another kind.
+        For files that begin like another kind, or are not text.
     """
     for begin, kind, expected in OTHER_KINDS:
         if raw.startswith(begin):
             raise InputError(file, "", f"{kind} with the file name of a text file", expected)
     name, mark = encoding_of(raw)
+    head = raw[:LOOKED_AT]
+    if name == "utf-8" and len(head) - len(head.translate(None, CONTROL)) > CONTROL_SHARE * len(
+        head
+    ):
+        raise InputError(file, "", "binary data, no text", "the table saved as CSV or Parquet")
     if name != "utf-8":
         whole = len(raw) - (len(raw) - mark) % (4 if "32" in name else 2)
         raw = raw[mark:whole].decode(name, "backslashreplace").encode("utf-8", "backslashreplace")

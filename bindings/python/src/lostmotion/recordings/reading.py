@@ -45,6 +45,7 @@ from lostmotion.recordings.joining import Join, join_channels
 from lostmotion.recordings.opening import open_table
 from lostmotion.recordings.protocol import FREE, Protocol
 from lostmotion.recordings.quantities import QUANTITIES
+from lostmotion.recordings.runs_agree import check_runs_agree
 from lostmotion.recordings.soundness import check_ratio, check_sign, sound_run
 from lostmotion.recordings.tables import Header, Table
 from lostmotion.recordings.wild import set_wild_aside
@@ -223,6 +224,7 @@ def judged(runs: list[Run], findings: list[Finding], ratio: float | None) -> Cam
     check_ratio(campaign, ratio)
     bring_together(campaign, ratio)
     check_sign(campaign)
+    check_runs_agree(campaign)
     check_asynchronous(campaign)
     for finding in findings:
         LOG.info("%s", finding)

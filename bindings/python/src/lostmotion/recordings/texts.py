@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from lostmotion.errors import InputError, one_line, shorten
 from lostmotion.files import read_bytes
-from lostmotion.recordings.cells import MISSING_SPELLINGS
+from lostmotion.recordings.cells import MISSING_SPELLINGS, is_value
 from lostmotion.recordings.compressed import GZIP, inflate
 from lostmotion.recordings.encodings import as_utf8
 from lostmotion.recordings.findings import Finding
@@ -48,11 +48,20 @@ STAMPED_LINE = re.compile(rb"(?m)^\[?[0-9]{1,2}:[0-9]{2}:[0-9]{2}(?:[.,][0-9]+)?
 LISTED_LINE = re.compile(rb"(?m)^[ \t]*[\[({]([^\[\](){}\n]*)[\])}][,;]?[ \t]*$")
 """A list in brackets, as Python and MATLAB print a row."""
 
-LABEL = re.compile(rb"(?:^|[,;\t ])[ \t]*([A-Za-z_][^,;:=\t \n]*)[:=]")
+LABEL = re.compile(rb'(?:^|[,;\t ])[ \t]*("[^"\n]*"|[A-Za-z_][^,;:=\t \n]*)[ \t]*[:=]')
 """A name before a value."""
 
-LABELLED_LINE = re.compile(rb"(?:[,; \t]*[A-Za-z_][^,;:=\t \n]*[:=][ \t]*[^,;:=\t ]*){2,}[,; \t]*")
-"""Values with names before them, as programs that plot a serial line read them."""
+LABELLED_LINE = re.compile(
+    rb'(?:[,; \t]*(?:"[^"\n]*"|[A-Za-z_][^,;:=\t \n]*)[ \t]*[:=][ \t]*[^,;:=\t ]*){2,}[,; \t]*'
+)
+"""Values with names before them, as programs that plot a serial line read them, and as JSON writes
+records."""
+
+OPENED = re.compile(rb'(?:^|[,;\t|])[ \t]*"(?:[^"]|"")*$')
+"""A line that ends within a field in quotes, as in a name with its unit on a line below it."""
+
+NAMES_UP_TO = 64
+"""Number of lines at the beginning in which such names are looked for."""
 
 LINES_KEPT = 1000
 """Largest number of lines that do not fit whose text is kept; further ones are not examined."""
@@ -82,7 +91,7 @@ class TextTable:
         raw = read_bytes(file, "a text with separators")
         if raw.startswith(GZIP) or file.name.lower().endswith(".gz"):
             raw = inflate(file, raw)
-        text, labels = bare_lines(as_utf8(file, raw, wanted))
+        text, labels = bare_lines(names_on_one_line(as_utf8(file, raw, wanted)))
         return cls(str(file), text, layout_of(file, text, wanted, labels))
 
     @classmethod
@@ -91,7 +100,7 @@ class TextTable:
         raw = read_bytes(file, "a text with separators")
         if raw.startswith(GZIP) or file.name.lower().endswith(".gz"):
             raw = inflate(file, raw, HEAD_BYTES)
-        text, labels = bare_lines(as_utf8(file, raw, wanted))
+        text, labels = bare_lines(names_on_one_line(as_utf8(file, raw, wanted)))
         return header_from(str(file), layout_of(file, text, wanted, labels), text)
 
     @property
@@ -222,6 +231,8 @@ class TextTable:
             where = self.layout.header_line
             expected = f", as in the header (line {where})" if where else ", as in most lines"
             found = f"{wide} field{'s' if wide != 1 else ''} in line {number}"
+            if wide == self.width:
+                found, expected = f"a single quotation mark in line {number}", " fields without it"
             raise InputError(self.file, "", found, f"{self.width}{expected}")
         if torn:
             self.findings.append(set_aside(self.file, torn, count))
@@ -242,6 +253,23 @@ class TextTable:
         return at, fields, line
 
 
+def names_on_one_line(text: bytes) -> bytes:
+    """Put names in quotes over several lines on one line; blank lines keep the line numbers."""
+    if b'"' not in text[:HEAD_BYTES]:
+        return text
+    *lines, rest = text.split(b"\n", NAMES_UP_TO)
+    at = 0
+    while at < len(lines):
+        line, end = lines[at], at + 1
+        while OPENED.search(line) and end < min(len(lines), at + JOINED_MAX):
+            line, end = line + b" " + lines[end], end + 1
+        cells = re.split(rb"[,;\t|]", line)
+        if not OPENED.search(line) and not any(is_value(cell.decode()) for cell in cells):
+            lines[at:end] = [line, *[b""] * (end - at - 1)]
+        at = end
+    return b"\n".join([*lines, rest])
+
+
 def bare_lines(text: bytes) -> tuple[bytes, tuple[str, ...]]:
     """Remove what a program added to every line, and return the names among it.
 
@@ -253,14 +281,15 @@ def bare_lines(text: bytes) -> tuple[bytes, tuple[str, ...]]:
     if len(head) > 1 and all(STAMPED_LINE.match(line) for line in head):
         text, head = STAMPED_LINE.sub(b"", text), [STAMPED_LINE.sub(b"", line) for line in head]
     if len(head) > 1 and all(LISTED_LINE.fullmatch(line) for line in head):
-        return LISTED_LINE.sub(rb"\1", text).replace(b"'", b'"'), ()
+        text = LISTED_LINE.sub(rb"\1", text).replace(b"'", b'"')
+        head = [LISTED_LINE.sub(rb"\1", line).replace(b"'", b'"') for line in head]
     labels = labels_of(head)
     if labels:
         value = rb"[ \t]*([^,;\t ]*)"
-        cells = rb"[,;\t ]+".join(re.escape(label) + rb"[:=]" + value for label in labels)
+        cells = rb"[,;\t ]+".join(re.escape(label) + rb"[ \t]*[:=]" + value for label in labels)
         row = b",".join(rb"\%d" % (place + 1) for place in range(len(labels)))
         text = re.sub(rb"(?m)^[ \t]*" + cells + rb"[,; \t]*$", row, text)
-    return text, tuple(label.decode("utf-8", "backslashreplace") for label in labels)
+    return text, tuple(label.strip(b'"').decode("utf-8", "backslashreplace") for label in labels)
 
 
 def labels_of(head: Sequence[bytes]) -> list[bytes]:

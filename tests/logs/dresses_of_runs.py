@@ -1,0 +1,144 @@
+"""Logs in which a run, or the form of every line, differs from what the names say."""
+
+from __future__ import annotations
+
+import bz2
+import json
+import lzma
+from datetime import datetime, timedelta
+from pathlib import Path
+
+import numpy as np
+
+from .clean import Sheet
+from .dress import REFUSED, dress, save
+
+ODD = "14"
+"""Run that was logged with other settings than the others."""
+
+RAD_PER_GON = np.pi / 200
+
+
+def _other(sheet: Sheet, name: str, scale: float, offset: float = 0.0) -> Sheet:
+    """The sheet with one column of one run in another unit or sign."""
+    values = sheet.values(name)
+    odd = np.array(sheet.cells("run")) == ODD
+    values[odd] = scale * values[odd] + offset
+    return sheet.put(name, [f"{value:.11g}" for value in values])
+
+
+@dress(
+    "one run with the torque reversed",
+    expected=REFUSED,
+    reason="torque or angles of one run have the other sign: the drive would be a negative spring",
+    says=("falls", f"run {ODD}"),
+)
+def _(folder: Path, sheet: Sheet) -> Path:
+    return save(folder, _other(sheet, "torque_Nm", -1.0).text())
+
+
+@dress(
+    "one run with the output angle reversed",
+    expected=REFUSED,
+    reason="as with the torque reversed",
+    says=("falls", f"run {ODD}"),
+)
+def _(folder: Path, sheet: Sheet) -> Path:
+    return save(folder, _other(sheet, "output_angle_rad", -1.0).text())
+
+
+@dress(
+    "one run with the torque in mN m",
+    expected=REFUSED,
+    reason="a thousand times the torque of the other runs, and the same lost motion",
+    says=("torque", "1e+03 times", f"run {ODD}"),
+)
+def _(folder: Path, sheet: Sheet) -> Path:
+    return save(folder, _other(sheet, "torque_Nm", 1000.0).text())
+
+
+@dress(
+    "one run with the temperature in kelvin",
+    expected=REFUSED,
+    reason="no drive has 300 degrees Celsius",
+    says=("temperature_K", f"run {ODD}"),
+)
+def _(folder: Path, sheet: Sheet) -> Path:
+    return save(folder, _other(sheet, "temperature_C", 1.0, 273.15).text())
+
+
+@dress("JSON lines, blanks after colon and comma, as Python writes them")
+def _(folder: Path, sheet: Sheet) -> Path:
+    rows = [dict(zip(sheet.names, map(float, row), strict=True)) for row in sheet.rows()]
+    return save(folder, "".join(json.dumps(row) + "\n" for row in rows), "log.jsonl")
+
+
+@dress("names over two lines in quotes, as spreadsheets wrap them")
+def _(folder: Path, sheet: Sheet) -> Path:
+    named = sheet.renamed(
+        time_s='"Time\n[s]"',
+        torque_Nm='"Torque\n[Nm]"',
+        input_angle_rad='"Input angle\n[rad]"',
+        output_angle_rad='"Output angle\n[rad]"',
+        temperature_C='"Temperature\n[°C]"',
+    )
+    return save(folder, named.text(end="\r\n"))
+
+
+@dress("input angle in gon")
+def _(folder: Path, sheet: Sheet) -> Path:
+    return save(
+        folder, sheet.turned_into("input_angle_rad", "input_angle_gon", 1 / RAD_PER_GON).text()
+    )
+
+
+@dress("Rockwell trend: date, time and Millitm in three columns")
+def _(folder: Path, sheet: Sheet) -> Path:
+    start = datetime(2026, 3, 2, 23, 58, 30)
+    clock = [start + timedelta(seconds=float(t)) for t in sheet.values("time_s")]
+    rows = sheet.without("time_s")
+    for name, form in (("Millitm", ""), ("Time", "%H:%M:%S"), ("Date", "%m/%d/%Y")):
+        cells = [f"{c:{form}}" if form else str(c.microsecond // 1000) for c in clock]
+        rows = rows.added(name, cells, 0)
+    return save(folder, rows.text(top='"Controller Name:","PLC 4"\n"Trend Name:","joint"\n'))
+
+
+@dress(
+    "bzip2",
+    expected=REFUSED,
+    reason="an archive that is not read",
+    says=("bzip2", "unpacked"),
+)
+def _(folder: Path, sheet: Sheet) -> Path:
+    file = folder / "log.csv.bz2"
+    file.write_bytes(bz2.compress(sheet.text().encode()))
+    return file
+
+
+@dress("xz", expected=REFUSED, reason="an archive that is not read", says=("xz", "unpacked"))
+def _(folder: Path, sheet: Sheet) -> Path:
+    file = folder / "log.csv.xz"
+    file.write_bytes(lzma.compress(sheet.text().encode()))
+    return file
+
+
+@dress(
+    "doubles of a logger without names",
+    expected=REFUSED,
+    reason="binary numbers without any description",
+    says=("binary",),
+)
+def _(folder: Path, sheet: Sheet) -> Path:
+    file = folder / "log.dat"
+    file.write_bytes(np.array(sheet.rows(), dtype=float).tobytes())
+    return file
+
+
+@dress(
+    "torque in percent, no map",
+    expected=REFUSED,
+    reason="the torque that is 100 percent is not in the file",
+    says=("torque_%=torque_Nm/NUMBER",),
+)
+def _(folder: Path, sheet: Sheet) -> Path:
+    return save(folder, sheet.turned_into("torque_Nm", "torque_%", 1 / 0.67).text())
