@@ -70,7 +70,9 @@ FRACTIONS = {
 }
 """Suffixes of the names of two columns that form one clock, as in ROS stamps."""
 
-THOUSANDTHS = frozenset("ms msec msecs millisec millisecs millisecond milliseconds millitm".split())
+THOUSANDTHS = frozenset(
+    ["ms", "msec", "msecs", "millisec", "millisecs", "millisecond", "milliseconds", "millitm"]
+)
 """Names of a column of the milliseconds of a date or time of day in whole seconds."""
 
 TEXT_STAMP = frozenset(("iso", "date", "utc", "stamp"))
