@@ -92,11 +92,11 @@ def check_runs_agree(campaign: Campaign) -> None:
             if len(falling) <= len(rising)
             else (rising, falling, "rises")
         )
-        refuse(
+        refuse_loops(
             few,
             "lost_motion_rad",
-            f"a lost motion that {way} with increasing torque in {named(few)}, unlike in "
-            f"{named(many)}",
+            f"a lost motion that {way} with increasing torque in {runs_in_words(few)}, unlike in "
+            f"{runs_in_words(many)}",
             "one sign of torque and angles in all runs",
         )
     torque = float(np.median([loop.torque for loop in loops]))
@@ -117,11 +117,11 @@ def check_runs_agree(campaign: Campaign) -> None:
                 times = getattr(odd[0], own) / usual
                 what = "torque" if own == "torque" else "lost motion"
                 beside = "lost motion" if own == "torque" else "torque"
-                refuse(
+                refuse_loops(
                     odd,
                     column,
                     f"a {what} {times:.3g} times that of the other runs, at the same {beside}, in "
-                    f"{named(odd)}",
+                    f"{runs_in_words(odd)}",
                     "one unit in all runs",
                 )
 
@@ -142,7 +142,7 @@ def check_temperatures(campaign: Campaign) -> None:
             )
 
 
-def named(loops: list[Loop]) -> str:
+def runs_in_words(loops: list[Loop]) -> str:
     """Name runs in a message."""
     labels = [str(loop.run.label) for loop in loops]
     if len(labels) == 1:
@@ -152,8 +152,11 @@ def named(loops: list[Loop]) -> str:
     return f"{len(labels)} runs, {labels[0]} to {labels[-1]}"
 
 
-def refuse(loops: list[Loop], column: str, found: str, expected: str) -> None:
+def refuse_loops(loops: list[Loop], column: str, found: str, expected: str) -> None:
     """Refuse a campaign because of some of its runs."""
     raise InputError(
-        loops[0].run.file, column, found, f"{expected}; or the recordings without {named(loops)}"
+        loops[0].run.file,
+        column,
+        found,
+        f"{expected}; or the recordings without {runs_in_words(loops)}",
     )
