@@ -149,6 +149,9 @@ lm_status lm_find_smallest_gap(const lm_mesh meshes[], int sections, int steps_p
       const lm_clearance clearance = lm_tooth_clearance(&meshes[section], step * LM_REAL(i));
       look_at_sample(&meshes[section], &clearance, &before, section, &found);
       before = clearance;
+      if (!real_isfinite(clearance.forward.gap_rad) && !real_isfinite(clearance.backward.gap_rad)) {
+        break; /* both flanks have left the overlap */
+      }
     }
   }
   return report_smallest(meshes, step, found, smallest, fault);
