@@ -14,7 +14,7 @@
 #define SETTLE_SLOPES 300    /* gradients for one design; most take a third */
 #define SETTLE_LEAST 40      /* with fewer, a design is left out instead */
 #define NEIGHBOUR_WIDTH 0.05 /* of a range, by which a start differs from a design that fails */
-#define SETTLE_PART 0.5      /* of the search's evaluations: largest total of the solver */
+#define SETTLE_PART 0.3      /* of the search's evaluations: largest total of the solver */
 #define ROUND_CHARGE 3       /* of a design: grades to the nearest, down, up */
 #define SETTLE_CHECKS 10     /* checks of one design that the solver continues from */
 /* Share of a front of whole grades that remains after rounding, to estimate the work; chosen on the

@@ -22,8 +22,7 @@ from lostmotion.design.start import Start
 from lostmotion.drives import Drive, format_toml, parse_drive, read_drive
 from lostmotion.errors import LostMotionError
 from lostmotion.files import write_whole
-from lostmotion.model import design_model
-from lostmotion.predict import predict
+from lostmotion.model import DesignModel, design_model
 from lostmotion.report import Section, drive_section
 from lostmotion.report.charts import Chart, page_figure, script_json
 from lostmotion.report.figure_data import FigureData
@@ -42,7 +41,7 @@ from lostmotion.report.teeth import View, draw_view
 from lostmotion.report.wording import unit_text, words, written
 from lostmotion.results import figures as charts
 from lostmotion.results.colours import BLUE, FAINT, ORANGE, RED
-from lostmotion.units import split_unit
+from lostmotion.units import ARCMIN, split_unit
 
 UNITS = {
     "arcmin": "arcmin",
@@ -175,13 +174,16 @@ def explorer(result: SearchResult, context: Context) -> str:
     """Return the part of the page that shows the front and the selected design."""
     step = max(1, -(-len(result.front) // PICTURES_MAX))
     designs = []
+    values = []
     for i, one in enumerate(result.front):
         pictured = i % step == 0
+        model = _model(one["drive"])
+        values.append(_values(one["drive"], model))
         designs.append(
             {
                 "o": one["objectives"],
                 "verified": one["verified"],
-                "values": _values(one["drive"]),
+                "values": values[-1],
                 "figures": [
                     [f"{name.replace('_', ' ')}, {_unit(unit)}", one["figures"][name]]
                     for name, unit in figures()
@@ -191,7 +193,9 @@ def explorer(result: SearchResult, context: Context) -> str:
                     for name, margin in one["margins"].items()
                     if margin != 1.0
                 ],
-                "svg": _close_up(one["drive"]) if pictured else "",
+                "svg": _close_up(model, one["drive"]["drive"]["name"])
+                if pictured and model
+                else "",
                 "toml": format_toml(one["drive"]) if pictured else "",
             }
         )
@@ -216,7 +220,7 @@ def explorer(result: SearchResult, context: Context) -> str:
                 for i, n in enumerate(names)
             )
             choosers += f"<label>{place} <select>{options}</select></label>"
-    numbers = quote(_front_table(result).csv(), safe=",-.:/")
+    numbers = quote(_front_table(result, values).csv(), safe=",-.:/")
     return (
         f"<style>{style}</style>"
         '<div class="explorer"><div>'
@@ -256,21 +260,24 @@ def _trade_off(result: SearchResult, start: Sequence[float] | None) -> Any:
     return figure
 
 
-def _front_table(result: SearchResult) -> FigureData:
+Values = list[tuple[str, Any]]
+
+
+def _front_table(result: SearchResult, values: Sequence[Values]) -> FigureData:
     columns: dict[str, list[object]] = {"design": list(range(1, len(result.front) + 1))}
     for name, unit in figures():
         columns[f"{name}_{unit}"] = [one["figures"][name] for one in result.front]
-    rows = [dict(_values(one["drive"])) for one in result.front]
+    rows = [dict(one) for one in values]
     for key in rows[0] if rows else ():
         columns[key] = [row.get(key, "") for row in rows]
     return FigureData("front", columns)
 
 
-def _values(drive: Mapping[str, Any]) -> list[tuple[str, Any]]:
+def _values(drive: Mapping[str, Any], model: DesignModel | None) -> Values:
     """List the dimensions of a drive that a designer requires first."""
     design = drive["design"]
     teeth, generator, rim = design["teeth"], design["generator"], design["flexspline"]
-    out: list[tuple[str, Any]] = [
+    out: Values = [
         ("ratio", drive["drive"]["ratio"]),
         ("module, mm", teeth["module_mm"]),
         ("teeth", f"{teeth['flexspline_teeth']} / {teeth['rigid_teeth']}"),
@@ -292,31 +299,34 @@ def _values(drive: Mapping[str, Any]) -> list[tuple[str, Any]]:
     ]
     out += [
         (f"field of {link['name']}, µm", link["upper_um"] - link["lower_um"])
-        for link in _links(drive)
+        for link in (model.tolerance_budget() if model else ())
     ]
     return out
 
 
-def _links(drive: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Tolerances of a drive file, one per link; empty if the model refuses the drive."""
-    if "tolerance" not in drive["design"]:
-        return []
+def _model(document: Mapping[str, Any]) -> DesignModel | None:
+    """Model of a drive file; none if it refuses the drive."""
     try:
-        return design_model(parse_drive(dict(drive))).tolerance_budget()
+        return design_model(parse_drive(dict(document)))
     except LostMotionError:
-        return []
+        return None
 
 
-def _close_up(document: Mapping[str, Any]) -> str:
+def _links(document: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Tolerances of a drive file, one per link; empty if the model refuses the drive."""
+    model = _model(document)
+    return model.tolerance_budget() if model else []
+
+
+def _close_up(model: DesignModel, name: str) -> str:
     """Draw the teeth at the deformation axis, to scale."""
     try:
-        drive = parse_drive(dict(document))
-        mesh = make_mesh(design_model(drive))
+        mesh = make_mesh(model)
         g = mesh.geometry
     except LostMotionError:
         return ""
     width, height = PICTURE_PX
-    drawing = Drawing(width, height + 26, f"teeth of {drive.name}")
+    drawing = Drawing(width, height + 26, f"teeth of {name}")
     middle = (max(g.rigid_tip_mm, g.flexspline_tip_mm) + g.neutral_mm) / 2
     middle += (0.35 if not mesh.external else -0.8) * g.module_mm
     scale = width / (PICTURE_PITCHES * math.pi * g.module_mm)
@@ -451,8 +461,8 @@ def variable_name(key: str, links: Sequence[str]) -> str:
 
 
 def _parts_of(drive: Drive, torque_Nm: float) -> dict[str, float]:
-    answer = predict(drive, np.array([-torque_Nm, torque_Nm]))
-    return {part: float(np.diff(answer["parts_arcmin"][part])[0]) for part in PARTS}
+    curve = design_model(drive).torsion_curve(np.array([-torque_Nm, torque_Nm]))
+    return {part: float(np.diff(curve.parts_rad[part])[0]) / ARCMIN for part in PARTS}
 
 
 def _parts_table(context: Context, drive: Drive) -> PageTable:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from lostmotion.model import DesignModel
-from lostmotion.report.svg import Array
+from lostmotion.report.svg import Array, simplify
 from lostmotion.structs import GENERATORS
 
 FLANK_POINTS = 12
@@ -133,15 +133,24 @@ def _one_pitch(radius: Array, half: Array, pitch: float, origin: float) -> Array
     return np.column_stack((rho * np.sin(angle), rho * np.cos(angle) - origin))
 
 
-def flexspline_shape(mesh: Mesh, angles: Sequence[float]) -> tuple[Array, Array]:
+def flexspline_shape(
+    mesh: Mesh, angles: Sequence[float], slack_mm: float = 0.0
+) -> tuple[Array, Array]:
     """Toothed edge of the flexspline over neighbouring teeth, and the free edge of its rim.
+
+    Parameters
+    ----------
+    angles : sequence of float
+        Of the teeth.
+    slack_mm : float
+        Largest deviation of the drawn outline of a tooth.
 
     Returns
     -------
     toothed, free : ndarray, shape (n, 2)
         Screen coordinates in mm, at growing angles.
     """
-    outline = tooth_outline(mesh)
+    outline = simplify(tooth_outline(mesh), slack_mm)
     toothed, free = [], []
     for angle in angles:
         polar, radius, normal = mesh.place(angle)
@@ -159,14 +168,14 @@ def _placed(points: Array, polar: float, radius: float, normal: float) -> Array:
     return np.column_stack((x, y))
 
 
-def rigid_shape(mesh: Mesh, angles: Sequence[float]) -> tuple[Array, Array]:
+def rigid_shape(mesh: Mesh, angles: Sequence[float], slack_mm: float = 0.0) -> tuple[Array, Array]:
     """Toothed edge of the rigid gear around the same teeth, and an edge of its body."""
     pitch = 2.0 * math.pi / mesh.geometry.rigid_teeth
     inner = min(mesh.geometry.rigid_root_mm, mesh.geometry.rigid_tip_mm)
     outer = max(mesh.geometry.rigid_root_mm, mesh.geometry.rigid_tip_mm)
     radius = np.linspace(inner, outer, FLANK_POINTS)
     half = mesh.half_angle("rigid", radius)
-    outline = _one_pitch(radius, half, pitch, 0.0)
+    outline = simplify(_one_pitch(radius, half, pitch, 0.0), slack_mm)
     thick = 20.0 * mesh.geometry.module_mm  # outside every window
     body = inner - thick if mesh.external else outer + thick
     toothed, edge = [], []

@@ -69,6 +69,7 @@ def simplify(points: Array, slack: float = SIMPLIFY_PX) -> Array:
     ----------
     points : ndarray, shape (n, 2)
     slack : float
+        0 keeps all points.
 
     Returns
     -------
@@ -76,7 +77,7 @@ def simplify(points: Array, slack: float = SIMPLIFY_PX) -> Array:
         Subset of the points with both ends (Douglas and Peucker).
     """
     count = len(points)
-    if count < 3:
+    if count < 3 or slack == 0:
         return points
     keep = np.zeros(count, dtype=bool)
     keep[[0, -1]] = True
@@ -106,7 +107,7 @@ def path_data(points: Array, *, closed: bool = False) -> str:
     moves = np.diff(steps, axis=0)
     moves = moves[np.any(moves != 0, axis=1)]
     head = f"M{fine(steps[0, 0] / 100)} {fine(steps[0, 1] / 100)}"
-    tail = " ".join(f"{fine(x / 100)} {fine(y / 100)}" for x, y in moves)
+    tail = " ".join(f"{x:g} {y:g}" for x, y in (moves / 100).tolist())
     return head + (f"l{tail}" if tail else "h0") + ("z" if closed else "")
 
 
@@ -176,9 +177,10 @@ class Drawing:
         width: float = 1.5,
         dash: str = "",
         opacity: float = 1.0,
+        slack: float = SIMPLIFY_PX,
     ) -> None:
         """Draw a curve through points, shape (n, 2); breaks where they are not finite."""
-        data = "".join(path_data(simplify(piece)) for piece in pieces(points))
+        data = "".join(path_data(simplify(piece, slack)) for piece in pieces(points))
         if data:
             self.add(
                 f'<path d="{data}" fill="none" stroke="{stroke}" stroke-width="{fine(width)}" '
@@ -192,9 +194,10 @@ class Drawing:
         stroke: str = "none",
         width: float = 1.0,
         opacity: float = 1.0,
+        slack: float = SIMPLIFY_PX,
     ) -> None:
         """Fill the area within points, shape (n, 2)."""
-        data = path_data(simplify(points), closed=True)
+        data = path_data(simplify(points, slack), closed=True)
         edge = "" if stroke == "none" else f' stroke="{stroke}" stroke-width="{fine(width)}"'
         self.add(
             f'<path d="{data}" fill="{fill}"{edge} stroke-linejoin="round"{_opacity(opacity)}/>'

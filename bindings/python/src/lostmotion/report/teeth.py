@@ -22,11 +22,11 @@ from lostmotion.report.mesh import (
 )
 from lostmotion.report.page import Figure
 from lostmotion.report.svg import (
+    SIMPLIFY_PX,
     SMALL_SIZE,
     Array,
     Drawing,
     signs,
-    simplify,
 )
 from lostmotion.results.colours import BLUE, INK, PAPER, RED, SOFT
 from lostmotion.units import ARCMIN
@@ -86,15 +86,16 @@ def draw_view(
     angles = [mesh.tooth(k) for k in range(first - 1, last + 2)]
     drawing.open_window(left, top, width, height)
     drawing.rectangle(left, top, width, height, PAPER)
-    toothed, edge = rigid_shape(mesh, angles)
+    slack_mm = SIMPLIFY_PX / view.scale
+    toothed, edge = rigid_shape(mesh, angles, slack_mm)
     body = view.show(np.concatenate((toothed, edge[::-1])))
-    drawing.area(simplify(body, 0.08), RIGID_FILL)
-    drawing.curve(view.show(toothed), RIGID_INK, 1.1)
-    toothed, free = flexspline_shape(mesh, angles)
+    drawing.area(body, RIGID_FILL, slack=0)
+    drawing.curve(view.show(toothed), RIGID_INK, 1.1, slack=0)
+    toothed, free = flexspline_shape(mesh, angles, slack_mm)
     shape = view.show(np.concatenate((toothed, free[::-1])))
-    drawing.area(simplify(shape, 0.08), FLEXSPLINE_FILL, opacity=0.85)
-    drawing.curve(view.show(toothed), FLEXSPLINE_INK, 1.1)
-    drawing.curve(view.show(free), FLEXSPLINE_INK, 1.1)
+    drawing.area(shape, FLEXSPLINE_FILL, opacity=0.85, slack=0)
+    drawing.curve(view.show(toothed), FLEXSPLINE_INK, 1.1, slack=0)
+    drawing.curve(view.show(free), FLEXSPLINE_INK, 1.1, slack=0)
     line = np.array(
         [
             [radius * math.sin(polar), radius * math.cos(polar)]
