@@ -159,6 +159,14 @@ def test_header_compiles_and_holds_what_the_blob_holds(
     assert run.stdout == format_blob(controller)
 
 
+def test_header_has_the_operators_of_the_library_to_the_last_bit() -> None:
+    made = replace(controllers()[1], outside=[Play(0.0, 0.2, 1e-6)], inside=[])
+    # The library keeps 1.2f and derives the other slope from it: 1 - (1.2f - 1).
+    assert np.float32(1) - (np.float32(1.2) - np.float32(1)) == np.float32(0.79999995)
+    slot = " {0.0f, {0.79999995f, 1.2f}, 1e-06f}"
+    assert slot in format_header(made, "joint_parameters", "joint")
+
+
 def test_header_names_the_conditions_that_the_host_fills_in(
     write: Write, bought: dict[str, Any]
 ) -> None:

@@ -213,15 +213,7 @@ def gap_function(
     model: DesignModel, features: Sequence[Feature], level: str
 ) -> Callable[[Sequence[int]], float]:
     """Return a function that gives the largest radial gap in mm for one option per feature."""
-    c, drive = model.core, model.drive
-    count = drive.tolerance_count + 2
-    links = c.ffi.new("lm_tolerance_link[]", count)
-    for i in range(drive.tolerance_count):
-        links[i] = drive.tolerances[i]
-    for zone, gap in enumerate((drive.gap.generator_mm, drive.gap.teeth_mm)):
-        nominal = links[drive.tolerance_count + zone]
-        nominal.influence, nominal.zone = 1.0, zone
-        nominal.lower_mm = nominal.upper_mm = gap
+    c, links = model.core, model.tolerance_links()
     limits = c.ffi.new("lm_tolerance_limits *")
 
     def largest(where: Sequence[int]) -> float:
@@ -230,9 +222,9 @@ def gap_function(
                 links[feature.first + k].lower_mm = lower
                 links[feature.first + k].upper_mm = upper
         if level == "worst":
-            c.check(c.lib.lm_worst_limits(links, count, limits, c.ffi.NULL))
+            c.call(c.lib.lm_worst_limits, links, len(links), limits)
         else:
-            c.check(c.lib.lm_probable_limits(links, count, PROBABLE_T, limits, c.ffi.NULL))
+            c.call(c.lib.lm_probable_limits, links, len(links), PROBABLE_T, limits)
         return float(limits.total_max_mm)
 
     return largest

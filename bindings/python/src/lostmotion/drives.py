@@ -208,15 +208,8 @@ def _catalogue(file: str, table: Any, rated_Nm: float) -> Catalogue:
             f"{number['T2']:.6g} Nm",
             f"more than T1, {number['T1']:.6g} Nm",
         )
-    sheet = Catalogue(
-        number["T1"],
-        number["T2"],
-        number["K1"],
-        number["K2"],
-        number["K3"],
-        number.get("hysteresis"),
-        number.get("lost_motion"),
-    )
+    stated: list[Any] = [number.get(key.name) for key in CATALOGUE_KEYS]
+    sheet = Catalogue(*stated)
     turned = float(sheet.angle(rated_Nm))
     if turned > WIND_UP_MAX_RAD:
         softest = min(("K1", "K2", "K3"), key=number.__getitem__)

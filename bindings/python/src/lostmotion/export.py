@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import fields
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -72,7 +72,6 @@ def describe_export(
     controller: Controller, path: Path, sources: Sequence[str] = ()
 ) -> dict[str, Any]:
     """Return the answer of the command."""
-    limits = controller.limits
     blob = format_blob(controller)
     return {
         "schema": "lostmotion.export/1",
@@ -86,9 +85,9 @@ def describe_export(
         "sources": list(sources),
         "torque_limit_Nm": controller.torque_limit_Nm,
         "dead_band_rad": controller.dead_band_rad,
-        "limits": {entry.name: getattr(limits, entry.name) for entry in fields(limits)},
-        "watch": {e.name: getattr(controller.watch, e.name) for e in fields(controller.watch)},
-        "valid": {e.name: getattr(controller.valid, e.name) for e in fields(controller.valid)},
+        "limits": asdict(controller.limits),
+        "watch": asdict(controller.watch),
+        "valid": asdict(controller.valid),
         "notes": list(controller.notes),
     }
 

@@ -19,6 +19,7 @@ from lostmotion.drives import KNOT, SLOPE, Drive, numbered
 from lostmotion.errors import InputError
 from lostmotion.structs import Design
 from lostmotion.torsion_curve import TorsionCurve
+from lostmotion.units import ARCMIN
 
 FloatArray = npt.NDArray[np.float64]
 Array = npt.NDArray[Any]
@@ -96,6 +97,11 @@ class Check:
     limit: float
     margin: float
     meaning: str = ""
+
+    def shown(self) -> tuple[str, float, float, float]:
+        """Unit for display, and value, limit and margin in it: angles in arc minutes."""
+        unit, scale = ("arcmin", ARCMIN) if self.unit == "rad" else (self.unit.strip("-"), 1.0)
+        return unit, self.value / scale, self.limit / scale, self.margin / scale
 
 
 def check_meanings() -> dict[str, str]:
@@ -288,23 +294,25 @@ class DesignModel:
         The nominal gaps of the drive are part of the chain.
         """
         c = self.core
-        drive = self.drive
-        links = c.ffi.new("lm_tolerance_link[]", drive.tolerance_count + 2)
-        for i in range(drive.tolerance_count):
-            links[i] = drive.tolerances[i]
-        for i, gap in enumerate((drive.gap.generator_mm, drive.gap.teeth_mm)):
-            nominal = links[drive.tolerance_count + i]
-            nominal.influence = 1.0
-            nominal.lower_mm = nominal.upper_mm = gap
-            nominal.zone = i
-        limits = c.ffi.new("lm_tolerance_limits *")
+        links, limits = self.tolerance_links(), c.ffi.new("lm_tolerance_limits *")
         result = {}
-        count = drive.tolerance_count + 2
-        self._call(c.lib.lm_worst_limits, links, count, limits)
+        self._call(c.lib.lm_worst_limits, links, len(links), limits)
         result["worst_min"], result["worst_max"] = limits.total_min_mm, limits.total_max_mm
-        self._call(c.lib.lm_probable_limits, links, count, PROBABLE_T, limits)
+        self._call(c.lib.lm_probable_limits, links, len(links), PROBABLE_T, limits)
         result["probable_min"], result["probable_max"] = limits.total_min_mm, limits.total_max_mm
         return result
+
+    def tolerance_links(self) -> Any:
+        """Make an array of the links of the chain: the tolerances, then the two nominal gaps."""
+        drive = self.drive
+        count = drive.tolerance_count
+        links = self.core.ffi.new("lm_tolerance_link[]", count + 2)
+        links[0:count] = list(drive.tolerances)[:count]
+        for zone, gap in enumerate((drive.gap.generator_mm, drive.gap.teeth_mm)):
+            nominal = links[count + zone]
+            nominal.influence, nominal.zone = 1.0, zone
+            nominal.lower_mm = nominal.upper_mm = gap
+        return links
 
     def tolerance_budget(self) -> list[dict[str, Any]]:
         """List the tolerances, each with its share of the chain before a zone is clipped, in %.

@@ -169,13 +169,7 @@ def _design(drive: Drive, torque_Nm: npt.ArrayLike, phase_rad: float) -> dict[st
         "flank_angle_rad": state["flank_angle_rad"],
         "gap_closing_torque_Nm": state["gap_torque_Nm"],
         "checks": [
-            {
-                "name": check.name,
-                "unit": check.unit,
-                "value": check.value,
-                "limit": check.limit,
-                "margin": check.margin,
-            }
+            {key: value for key, value in vars(check).items() if key != "meaning"}
             for check in model.checks()
         ],
         "assumptions": [

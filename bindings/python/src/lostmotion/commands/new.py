@@ -10,7 +10,6 @@ from lostmotion.errors import InputError
 from lostmotion.files import write_whole
 from lostmotion.model import Check
 from lostmotion.terminal import deliver
-from lostmotion.units import ARCMIN
 
 
 def run_new(arguments: argparse.Namespace) -> None:
@@ -43,7 +42,5 @@ def run_new(arguments: argparse.Namespace) -> None:
 
 def broken_check(check: Check) -> str:
     """State that a check failed, in the unit for display."""
-    angle = check.unit == "rad"
-    unit = "arcmin" if angle else check.unit.strip("-")
-    value, limit = (number / (ARCMIN if angle else 1.0) for number in (check.value, check.limit))
+    unit, value, limit, _ = check.shown()
     return f"check failed: {check.name} {value:.4g} {unit}".rstrip() + f", limit {limit:.4g}"

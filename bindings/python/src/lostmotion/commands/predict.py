@@ -11,11 +11,10 @@ import numpy as np
 from lostmotion.allocation import cheapest_tolerances
 from lostmotion.drives import MOST_TORQUE_NM, read_drive
 from lostmotion.errors import InputError, one_line
-from lostmotion.model import ADVICE, check_meanings
+from lostmotion.model import ADVICE, Check, check_meanings
 from lostmotion.options import read_number, whole_number
 from lostmotion.predict import clearances, predict, show_default
 from lostmotion.terminal import deliver, fixed, show_list, show_table
-from lostmotion.units import ARCMIN
 
 DEFAULT_TORQUES = 33
 """Default torques of a prediction: from minus to plus the rated torque."""
@@ -147,19 +146,15 @@ def show_prediction(answer: dict[str, Any], out: TextIO, sensitivity: bool = Fal
         show_budget(answer["tolerance_budget"], out)
     if "allocation" in answer:
         show_allocation(answer["allocation"], out)
-    failed = [check for check in answer.get("checks", []) if check["margin"] < 0]
+    failed = [Check(**check) for check in answer.get("checks", []) if check["margin"] < 0]
     meanings = check_meanings() if failed else {}
     for check in failed:
-        kind = "recommendation not met" if check["name"] in ADVICE else "check failed"
-        angle = check["unit"] == "rad"
-        unit = "arcmin" if angle else check["unit"]
-        value, limit, margin = (
-            check[key] / (ARCMIN if angle else 1.0) for key in ("value", "limit", "margin")
-        )
-        unit = "" if unit == "-" else f" {unit}"
+        kind = "recommendation not met" if check.name in ADVICE else "check failed"
+        unit, value, limit, margin = check.shown()
+        size = f"{value:.4g} {unit}".rstrip()
         print(
-            f"{kind}: {check['name']} {value:.4g}{unit}, limit {limit:.4g}, margin {margin:.4g} "
-            f"({meanings[check['name']]})",
+            f"{kind}: {check.name} {size}, limit {limit:.4g}, margin {margin:.4g} "
+            f"({meanings[check.name]})",
             file=out,
         )
     for hint in answer.get("hints", []):

@@ -5,20 +5,17 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import fields
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
 from lostmotion import __version__
-from lostmotion.core import NEEDS, core
-from lostmotion.errors import InputError
-from lostmotion.units import ARCMIN
-
-if TYPE_CHECKING:
-    pass
 from lostmotion.controller.effects import known_effects
 from lostmotion.controller.from_drive import Controller, Limits, Validity, Watch
 from lostmotion.controller.parameters import build
+from lostmotion.core import NEEDS, core
+from lostmotion.errors import InputError
+from lostmotion.units import ARCMIN
 
 
 def literal(value: float | np.float32) -> str:
@@ -68,70 +65,81 @@ def format_header(controller: Controller, name: str, title: str) -> str:
     """
     if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name):
         raise InputError("--name", "", f"'{name}'", "a name in C")
-    gap = controller.torque_Nm.size == 0
-    plays = controller.plays
-    fingerprint = build(controller).fingerprint
-    if gap:
-        needs, size = "LM_PROFILE != LM_PROFILE_GAP", "-DLM_PROFILE=LM_PROFILE_GAP"
-    else:
-        known = known_effects(core(32), controller.own)
-        least = {
-            "LM_CURVE_POINTS_MAX": max(16, controller.torque_Nm.size),
-            "LM_PLAYS_MAX": max(1, len(plays)),
-            "LM_EFFECTS_MAX": len(controller.effects),
-            "LM_EFFECT_MEMORY_MAX": sum(
-                int(known[effect].memory_count) for effect, _ in controller.effects
-            ),
-            "LM_ENVELOPE": int(controller.envelope.most_Nm > 0),
-        }
-        needs = "LM_PROFILE == LM_PROFILE_GAP || " + " || \\\n    ".join(
-            f"{macro} < {value}" for macro, value in least.items()
-        )
-        size = "no gap profile and at least " + ", ".join(
-            f"{macro} {value}" for macro, value in least.items()
-        )
-    guard = f"{name.upper()}_H"
-    limits, watch = controller.limits, controller.watch
+    made = build(controller)
+    guard, limits = f"{name.upper()}_H", controller.limits
     title = title.replace("*/", "* /")
-    text = [
-        f"/* {title}: parameters for its controller, written by lostmotion export {__version__}.",
-        f" * Corrects up to {limits.correction_rad / ARCMIN:.3g} arcmin; for one call every "
-        f"{limits.period_s * 1e3:.4g} ms.",
-        f" * Every tick needs {', '.join(needed_conditions(controller))}. */",
-        f"#ifndef {guard}",
-        f"#define {guard}",
-        "",
-        "/* clang-format off */",
-        "#ifndef LOSTMOTION_RUNTIME_H",
-        '#include "lostmotion/runtime.h"',
-        "#endif",
-        "",
-        f"#if LM_PARAMETERS_FORMAT != {core().lib.LM_PARAMETERS_FORMAT}",
-        '#error "lostmotion: these parameters were written for another version: export again"',
-        "#endif",
-        "/* Time between two calls of lm_step_compensator: compare it with that of your loop, */",
-        f"/* #if {name.upper()}_PERIOD_NS != 1000000000 / LOOP_HZ, say. */",
-        f"#define {name.upper()}_PERIOD_NS {round(limits.period_s * 1e9)}",
-        f"#define {name.upper()}_PERIOD_S {literal(limits.period_s)}",
-        f"#if {needs}",
-        f'#error "lostmotion: these parameters need {size}"',
-        "#endif",
-        "",
-        *_declarations(controller),
+    needs, size = _least_build(controller)
+    return "\n".join(
+        [
+            f"/* {title}: parameters for its controller, written by lostmotion export "
+            f"{__version__}.",
+            f" * Corrects up to {limits.correction_rad / ARCMIN:.3g} arcmin; for one call every "
+            f"{limits.period_s * 1e3:.4g} ms.",
+            f" * Every tick needs {', '.join(needed_conditions(controller))}. */",
+            f"#ifndef {guard}",
+            f"#define {guard}",
+            "",
+            "/* clang-format off */",
+            "#ifndef LOSTMOTION_RUNTIME_H",
+            '#include "lostmotion/runtime.h"',
+            "#endif",
+            "",
+            f"#if LM_PARAMETERS_FORMAT != {core().lib.LM_PARAMETERS_FORMAT}",
+            '#error "lostmotion: these parameters were written for another version: export again"',
+            "#endif",
+            "/* Time between two calls of lm_step_compensator: compare it with that of your loop, "
+            "*/",
+            f"/* #if {name.upper()}_PERIOD_NS != 1000000000 / LOOP_HZ, say. */",
+            f"#define {name.upper()}_PERIOD_NS {round(limits.period_s * 1e9)}",
+            f"#define {name.upper()}_PERIOD_S {literal(limits.period_s)}",
+            f"#if {needs}",
+            f'#error "lostmotion: these parameters need {size}"',
+            "#endif",
+            "",
+            *_declarations(controller),
+            *_constant(controller, made, name),
+            "",
+            "#endif",
+            "",
+        ]
+    )
+
+
+def _least_build(controller: Controller) -> tuple[str, str]:
+    """Condition of the preprocessor for a build that lacks room, and what is required in words."""
+    if controller.torque_Nm.size == 0:
+        return "LM_PROFILE != LM_PROFILE_GAP", "-DLM_PROFILE=LM_PROFILE_GAP"
+    known = known_effects(core(32), controller.own)
+    least = {
+        "LM_CURVE_POINTS_MAX": max(16, controller.torque_Nm.size),
+        "LM_PLAYS_MAX": max(1, len(controller.plays)),
+        "LM_EFFECTS_MAX": len(controller.effects),
+        "LM_EFFECT_MEMORY_MAX": sum(
+            int(known[name].memory_count) for name, _ in controller.effects
+        ),
+        "LM_ENVELOPE": int(controller.envelope.most_Nm > 0),
+    }
+    needs = " || \\\n    ".join(f"{macro} < {value}" for macro, value in least.items())
+    size = ", ".join(f"{macro} {value}" for macro, value in least.items())
+    return f"LM_PROFILE == LM_PROFILE_GAP || {needs}", f"no gap profile and at least {size}"
+
+
+def _constant(controller: Controller, made: Any, name: str) -> list[str]:
+    """Definition of the constant."""
+    gap = controller.torque_Nm.size == 0
+    return [
         f"static const lm_parameters {name} = {{",
         "    LM_PARAMETERS_LAYOUT,",
-        f"    0x{fingerprint:08x}u,",
+        f"    0x{made.fingerprint:08x}u,",
         f"    {literal(controller.torque_limit_Nm)},",
-        struct_initializer(limits) + ",",
-        struct_initializer(watch) + ",",
+        struct_initializer(controller.limits) + ",",
+        struct_initializer(controller.watch) + ",",
         struct_initializer(controller.valid) + ",",
+        *_plays_text(made.plays, gap),
+        *([] if gap else _curve_text(made.curve)),
+        *([] if gap else _effects_text(controller)),
+        "};",
     ]
-    text += _plays_text(controller, gap)
-    if not gap:
-        text += _curve_text(controller)
-        text += _effects_text(controller)
-    text += ["};", "", "#endif", ""]
-    return "\n".join(text)
 
 
 def struct_initializer(part: Limits | Watch | Validity) -> str:
@@ -144,43 +152,29 @@ def struct_initializer(part: Limits | Watch | Validity) -> str:
     return "    {" + ", ".join(texts) + "}"
 
 
-def _plays_text(controller: Controller, gap: bool) -> list[str]:
-    plays = controller.plays
-    # Sums in the library's order and precision.
-    outside = inside = np.float32(0)
-    for play in plays[: len(controller.outside)]:
-        outside = np.float32(outside + np.float32(play.weight))
-    for play in plays[len(controller.outside) :]:
-        inside = np.float32(inside + np.float32(play.weight))
-    widens = int(any(np.float32(1) + np.float32(play.widening) != 1 for play in plays))
-    sums = f"{literal(outside)}, {literal(inside)}"
-    counts = f"{len(plays)}, {len(controller.outside)}, {widens}, {sums}"
-    envelope = f"{literal(controller.envelope.most_Nm)}, {literal(controller.envelope.knee_Nm)}"
-    text = [f"    {{{counts}, {envelope},", "     {"]
-    one = np.float32(1)
-    for i, play in enumerate(plays):
-        low, high = one - np.float32(play.widening), one + np.float32(play.widening)
-        slot = f"{{{literal(play.radius_Nm)}, {{{literal(low)}, {literal(high)}}}, "
-        text.append(f"         {',' if i else ''}{slot}{literal(play.weight)}}}")
-    if not gap:
-        for i in range(len(plays), 32):
-            text.append(f"#if LM_PLAYS_MAX > {i}")
-            text.append(f"         {',' if i else ''}{{0, {{1, 1}}, 0}}")
-            text.append("#endif")
+def _plays_text(bank: Any, gap: bool) -> list[str]:
+    sums = f"{literal(bank.outside_rad_per_Nm)}, {literal(bank.inside_share)}"
+    counts = f"{bank.count}, {bank.outside_count}, {bank.widens}, {sums}"
+    text = [f"    {{{counts}, {literal(bank.envelope_Nm)}, {literal(bank.knee_Nm)},", "     {"]
+    for i in range(bank.count):
+        slot = bank.slot[i]
+        edges = ", ".join(map(literal, slot.edge_slope))
+        words = f"{literal(slot.radius_Nm)}, {{{edges}}}, {literal(slot.weight)}"
+        text.append(f"         {',' if i else ''}{{{words}}}")
+    for i in range(bank.count, 0 if gap else 32):
+        text.append(f"#if LM_PLAYS_MAX > {i}")
+        text.append(f"         {',' if i else ''}{{0, {{1, 1}}, 0}}")
+        text.append("#endif")
     return [*text, "     }}" + ("" if gap else ",")]
 
 
-def _curve_text(controller: Controller) -> list[str]:
+def _curve_text(curve: Any) -> list[str]:
     """The three arrays; they have 17, 33 or 65 entries and repeat the last knot at the end."""
-    c = core(32)
-    made = build(controller, c)
-    curve = made.curve  # memory owned by `made`
-    count = controller.torque_Nm.size
-    text = [f"    {{{count},"]
+    text = [f"    {{{curve.count},"]
     names = ("torque_Nm", "angle_rad", "slope_rad_per_Nm")
     for name in names:
-        values = [literal(getattr(curve, name)[i]) for i in range(c.lib.LM_CURVE_STORE)]
-        least = next(size for size in (17, 33, 65) if size >= count)
+        values = [literal(value) for value in getattr(curve, name)]
+        least = next(size for size in (17, 33, 65) if size >= curve.count)
         text += ["     {", rows(values[:least], "         ")]
         for low, high in ((17, 33), (33, 65)):
             if least <= low:

@@ -50,6 +50,7 @@ def _build_gap(controller: Controller, made: Any) -> None:
     made.plays.knee_Nm = controller.envelope.knee_Nm
     slot = made.plays.slot[0]
     slot.radius_Nm, slot.weight = play.radius_Nm, play.weight
+    made.plays.outside_rad_per_Nm = play.weight
     slot.edge_slope[0] = slot.edge_slope[1] = 1.0
 
 

@@ -285,22 +285,17 @@ def checks_table(checks: Sequence[Check]) -> PageTable:
     """List the checks of a design with their margins; pass and fail by word and sign."""
     rows = []
     for check in checks:
-        # Angles are clearer in arcmin than in the library's rad.
-        scale, unit, digits = (ARCMIN, "arcmin", 4) if check.unit == "rad" else (1.0, check.unit, 3)
-        if unit == "MPa":
-            digits = 1
-        unit = "" if unit == "-" else unit
+        unit, value, limit, margin = check.shown()
+        digits = {"arcmin": 4, "MPa": 1}.get(unit, 3)
         passed = check.margin >= 0
         word = "✓ pass" if passed else ("– no (advice)" if check.name in ADVICE else "!✗ FAIL")
-        values = [f"{v / scale:.{digits}f}" for v in (check.value, check.limit)]
-        margin = f"{check.margin / scale:+.{digits}f}"
         smaller = check.margin != check.value - check.limit
         rows.append(
             (
                 CHECK_NAMES.get(check.name, check.name.replace("_", " ")),
-                signs(values[0]),
-                ("≤ " if smaller else "≥ ") + signs(values[1]),
-                signs(margin),
+                signs(f"{value:.{digits}f}"),
+                ("≤ " if smaller else "≥ ") + signs(f"{limit:.{digits}f}"),
+                signs(f"{margin:+.{digits}f}"),
                 unit,
                 word,
             )
