@@ -62,6 +62,18 @@ static float close_loop(joint *j) {
   return size(output(j) - before_rad);
 }
 
+/* The motor is held, the change was made: how far the output moves until the planner has it again,
+ * or 1 if the loop closes before the correction stands. */
+static float hand_over(joint *j) {
+  float before_rad = output(j);
+  run(j, 1, LOAD_NM, 0);
+  if (!lm_axis_close(&j->drive) || j->drive.correction.velocity_rad_s != 0) {
+    return 1;
+  }
+  (void)close_loop(j);
+  return size(output(j) - before_rad);
+}
+
 static void turn_load(joint *j, float from_Nm, float to_Nm) {
   const float by_Nm = to_Nm > from_Nm ? 0.05f : -0.05f;
   float torque_Nm;
@@ -72,7 +84,8 @@ static void turn_load(joint *j, float from_Nm, float to_Nm) {
 
 int axis_story(float *most_rad) {
   static joint j;
-  static lm_saved kept; /* in memory that survives power-down */
+  static lm_saved kept;         /* in memory that survives power-down */
+  static lm_parameters smaller; /* another set, with half the correction */
   const lm_conditions at = conditions(LOAD_NM);
   float moved_rad;
   float zero_rad;
@@ -88,7 +101,11 @@ int axis_story(float *most_rad) {
   if (lm_axis_power_up(&j.drive, &joint_parameters, &kept, &at, j.motor_rad, 0) != LM_OK) {
     return 1;
   }
-  run(&j, 1, LOAD_NM, 0);
+  /* The torque is not known yet: the loop stays open. */
+  run(&j, STAND_TICKS, LM_UNKNOWN, 0);
+  if (!lm_axis_close(&j.drive)) {
+    return 2;
+  }
   moved_rad = close_loop(&j);
   *most_rad = moved_rad > *most_rad ? moved_rad : *most_rad;
   if (moved_rad > STILL_RAD) {
@@ -147,9 +164,28 @@ int axis_story(float *most_rad) {
       size(lm_axis_reported(&j.drive, j.motor_rad) - 1.5f) > ARRIVED_RAD) {
     return 8;
   }
+  /* Held: the correction goes to zero and back, and to other parameters and back; nothing moves. */
+  zero_rad = output(&j);
+  smaller = joint_parameters;
+  smaller.limits.correction_rad = 0.5f * size(j.drive.correction.correction_rad);
+  for (k = 0; k < 4; ++k) {
+    lm_axis_hold(&j.drive);
+    if (k < 2) {
+      lm_axis_set_mode(&j.drive, k == 0 ? LM_MODE_RESET : LM_MODE_RUN);
+    } else if (lm_axis_change(&j.drive, k == 2 ? &smaller : &joint_parameters, 0) != LM_OK) {
+      return 12;
+    }
+    moved_rad = hand_over(&j);
+    *most_rad = moved_rad > *most_rad ? moved_rad : *most_rad;
+    if (moved_rad > STILL_RAD || size(output(&j) - zero_rad) > STILL_RAD ||
+        (size(j.drive.correction.correction_rad) < STILL_RAD) != (k == 0)) {
+      return 13;
+    }
+  }
   /* Brake, power-down with the history, power-up: nothing moves, and the history is used up. */
   lm_axis_open(&j.drive);
   run(&j, STAND_TICKS, LOAD_NM, 0);
+  zero_rad = j.drive.zero_rad; /* of an absolute encoder: stored */
   if (lm_axis_power_down(&j.drive, &kept) || kept.format == 0) {
     return 9;
   }
@@ -159,5 +195,15 @@ int axis_story(float *most_rad) {
   }
   moved_rad = close_loop(&j);
   *most_rad = moved_rad > *most_rad ? moved_rad : *most_rad;
-  return moved_rad > STILL_RAD ? 11 : 0;
+  if (moved_rad > STILL_RAD) {
+    return 11;
+  }
+  moved_rad = output(&j);
+  lm_axis_set_zero(&j.drive, zero_rad);
+  j.wish_rad = j.drive.command_rad;
+  run(&j, 200, LOAD_NM, 0);
+  return size(output(&j) - moved_rad) > STILL_RAD ||
+                 size(lm_axis_reported(&j.drive, j.motor_rad) - 1.5f) > ARRIVED_RAD
+             ? 14
+             : 0;
 }

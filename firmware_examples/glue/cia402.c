@@ -32,6 +32,14 @@ static int32_t find_offset(const cia402_axis *axis) {
              : to_increments(axis->correction.correction_rad * axis->increments_per_rad);
 }
 
+/* The motor follows the correction only while it is enabled and not held. If a loop on the output
+ * feeds the rate forward, the joint has to move with it. */
+static int32_t find_rate(const cia402_axis *axis, int enabled) {
+  return enabled && !axis->held && !(axis->drive.output_loop && axis->moves_alone)
+             ? to_increments(axis->correction.velocity_rad_s * axis->increments_per_rad)
+             : 0;
+}
+
 static float period_of(const cia402_drive *drive) {
   float period_s = (float)drive->period_value;
   int32_t i;
@@ -112,16 +120,64 @@ static void judge_ringing(cia402_axis *axis, int enabled) {
     axis->rang = rings;
   } else if (rings && !axis->rang) {
     lm_set_mode(&axis->compensator, LM_MODE_RESET);
-    lm_set_mode(&axis->compensator, LM_MODE_RUN);
+    lm_set_mode(&axis->compensator, axis->mode);
   }
 }
 
-/* Time for which the correction has stood since the drive was enabled last. */
-static void find_stood(cia402_axis *axis, int enabled) {
-  if (enabled) {
+/* The correction moves without the load. */
+static void expect_motion(cia402_axis *axis) {
+  axis->moves_alone = 1;
+  axis->standstill.ticks = 0;
+  axis->stood_s = 0;
+}
+
+void cia402_hold(cia402_axis *axis) {
+  if (!axis->held && !axis->drive.output_loop) {
+    axis->held = 1;
+    axis->held_inc = axis->sent.target_position + axis->sent.position_offset;
+    expect_motion(axis);
+  }
+}
+
+int32_t cia402_release(cia402_axis *axis) {
+  if (axis->held && axis->stood_s < CIA402_STAND_S) {
+    return 1;
+  }
+  axis->held = 0;
+  return 0;
+}
+
+void cia402_set_mode(cia402_axis *axis, lm_mode mode) {
+  lm_set_mode(&axis->compensator, mode);
+  axis->mode = mode;
+  axis->rang = mode == LM_MODE_RESET ? 0 : axis->rang;
+  expect_motion(axis);
+}
+
+lm_status cia402_change(cia402_axis *axis, const lm_parameters *parameters, lm_fault *fault) {
+  const lm_status status = lm_change_parameters(&axis->compensator, parameters, fault);
+  axis->rang = status == LM_OK ? 0 : axis->rang;
+  expect_motion(axis);
+  return status;
+}
+
+/* The target is not that of the actual load. */
+#define NOT_TO_ENABLE (LM_STATE_CONDITION_MISSING | LM_STATE_INPUT_REFUSED)
+
+/* Time for which the correction has stood since the motor followed it last. */
+static void find_stood(cia402_axis *axis, int follows) {
+  const uint32_t faded = axis->correction.status & (LM_STATE_FADED | LM_STATE_RINGING);
+  if (faded != axis->faded) {
+    axis->faded = faded;
+    expect_motion(axis);
+  }
+  if (follows || (axis->correction.status & NOT_TO_ENABLE)) {
     axis->standstill.ticks = 0;
   }
   axis->stood_s = lm_find_standstill(&axis->compensator, &axis->standstill);
+  if (axis->stood_s >= CIA402_STAND_S) {
+    axis->moves_alone = 0;
+  }
 }
 
 /* Steps through the drive's states, one per cycle. */
@@ -147,19 +203,23 @@ cia402_output cia402_cycle(cia402_axis *axis, const cia402_input *in, const lm_c
   int32_t standing = output_increments(axis, in);
   axis->correction = lm_step_compensator(&axis->compensator, at);
   judge_ringing(axis, enabled);
-  find_stood(axis, enabled);
+  axis->held = axis->held && enabled && enable;
+  find_stood(axis, enabled && !axis->held && !axis->drive.output_loop);
   axis->sent.controlword = controlword(
       in->statusword,
       enable && (enabled || axis->drive.output_loop || axis->stood_s >= CIA402_STAND_S));
   axis->sent.position_offset = find_offset(axis);
-  axis->sent.velocity_offset =
-      enabled ? to_increments(axis->correction.velocity_rad_s * axis->increments_per_rad) : 0;
-  if (enabled && enable) {
+  axis->sent.velocity_offset = find_rate(axis, enabled);
+  if (axis->held) {
+    standing = axis->held_inc - axis->sent.position_offset;
+    reported_rad = axis->zero_rad + (float)standing / axis->increments_per_rad;
+  }
+  if (enabled && enable && !axis->held) {
     axis->command_rad = wish_rad;
     axis->sent.target_position =
         to_increments((wish_rad - axis->zero_rad) * axis->increments_per_rad);
   } else {
-    /* At rest, braking or moved from outside: the target follows the output to avoid a jump. */
+    /* At rest, braking, held or moved from outside: the target follows the output, no jump. */
     axis->command_rad = reported_rad;
     axis->sent.target_position = standing;
   }

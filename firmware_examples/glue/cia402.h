@@ -19,8 +19,9 @@
  *
  * Mode: 0x6060 = 8 (CSP) before the drive is enabled; 0x60C2 is the sync period, which must equal
  * the period of the parameters. In modes PP, HM and CSV drives ignore 0x60B0 or add it
- * differently: keep the compensator in LM_MODE_HOLD while the drive homes itself (mode HM). Set
- * LM_MODE_RUN again while the drive is disabled, then enable it in CSP and call cia402_reference.
+ * differently: keep the compensator in LM_MODE_HOLD (cia402_set_mode) while the drive homes itself
+ * (mode HM). Set LM_MODE_RUN again while the drive is disabled, then enable it in CSP and call
+ * cia402_reference.
  */
 #ifndef CIA402_H
 #define CIA402_H
@@ -50,7 +51,8 @@ typedef struct cia402_drive {
   float ratio;                 /* signed: motor turns per output turn; output_loop: 1, or -1 */
   uint8_t period_value;        /* 0x60C2:01 */
   int8_t period_exponent;      /* 0x60C2:02, -6 to 0: seconds are value * 10^exponent */
-  int32_t reports_offset;      /* 1: 0x6064 includes the offset; 0: it does not */
+  int32_t reports_offset;      /* 1: 0x6064 is the motor's encoder, offset included; 0: the drive
+                                  has subtracted 0x60B0 */
   int32_t output_loop; /* 1: the drive closes its position loop on an encoder at the output. Only
                           the velocity offset is sent, 0x60B0 remains 0 */
 } cia402_drive;
@@ -75,9 +77,14 @@ typedef struct cia402_axis {
   float increments_per_rad; /* of the output, signed */
   float zero_rad;           /* output angle at position_actual zero, from homing */
   float command_rad;        /* commanded output angle; the reported angle while the loop is open */
-  lm_standstill standstill; /* of the correction, while the drive is not enabled */
+  lm_standstill standstill; /* of the correction */
   float stood_s;
-  int32_t rang; /* LM_STATE_RINGING was set while the drive was enabled */
+  lm_mode mode;
+  int32_t rang;        /* LM_STATE_RINGING was set while the drive was enabled */
+  int32_t held;        /* cia402_hold */
+  int32_t held_inc;    /* demand of the motor meanwhile: target and offset */
+  int32_t moves_alone; /* the correction moves to a new target, the load does not */
+  uint32_t faded;      /* bits of the last cycle that change the target */
   cia402_output sent;
 } cia402_axis;
 
@@ -101,6 +108,20 @@ lm_status cia402_start(cia402_axis *axis, const cia402_drive *drive,
  * stood for CIA402_STAND_S. Steps the compensator in every state of the drive. */
 cia402_output cia402_cycle(cia402_axis *axis, const cia402_input *in, const lm_conditions *at,
                            float wish_rad, int32_t enable);
+
+/* Holds the motor at its demand (lm_axis_hold), for whatever moves the correction although the load
+ * does not: a mode, parameters, another source of the torque. Target plus offset then stays, and
+ * command_rad follows the offset. The planner is at rest. cia402_release returns 1 while the
+ * correction has not stood for CIA402_STAND_S: call it again in the next cycle. After 0 the planner
+ * starts at command_rad. An output_loop needs neither. */
+void cia402_hold(cia402_axis *axis);
+int32_t cia402_release(cia402_axis *axis);
+
+/* Another mode, other parameters: the correction moves to its new target, and with it the output
+ * if the drive is enabled and not held. The velocity offset of an output_loop remains 0 until the
+ * correction stands again. Results of lm_change_parameters. */
+void cia402_set_mode(cia402_axis *axis, lm_mode mode);
+lm_status cia402_change(cia402_axis *axis, const lm_parameters *parameters, lm_fault *fault);
 
 /* Output angle as reported to the planner. */
 float cia402_reported(const cia402_axis *axis, const cia402_input *in);

@@ -10,6 +10,8 @@
 #define RATIO (-100.0f)
 #define RAD (131072.0f * -100.0f / 6.28318531f) /* increments */
 #define STAND_CYCLES 510                        /* CIA402_STAND_S, and the states of the drive */
+#define SWING_NM 10.0f                          /* of the arm against the brake, at 20 Hz */
+#define SWING_CYCLES 50
 #define STEP_RAD 5e-7f /* a motor that is enabled, braked or off moves by less: one increment */
 
 typedef struct csp_drive {
@@ -82,6 +84,65 @@ static void cycles(cell *c, int n, float torque_Nm, float *wish_rad, float rate_
   }
 }
 
+/* A mode or other parameters with the motor held: nothing moves, at any time. */
+static int check_hold(cell *c, float *wish_rad) {
+  static lm_parameters smaller;
+  const int32_t motor = c->drive.motor;
+  int k;
+  smaller = joint_parameters;
+  smaller.limits.correction_rad *= 0.1f;
+  for (k = 0; k < 4; ++k) {
+    cia402_hold(&c->axis);
+    if (k < 2) {
+      cia402_set_mode(&c->axis, k == 0 ? LM_MODE_RESET : LM_MODE_RUN);
+    } else if (cia402_change(&c->axis, k == 2 ? &smaller : &joint_parameters, 0) != LM_OK) {
+      return 14;
+    }
+    cycles(c, 20, LOAD_NM, wish_rad, 0, 1);
+    if (!cia402_release(&c->axis) || c->axis.sent.velocity_offset != 0) {
+      return 15;
+    }
+    cycles(c, 2 * STAND_CYCLES, LOAD_NM, wish_rad, 0, 1);
+    if (cia402_release(&c->axis)) {
+      return 16;
+    }
+    *wish_rad = c->axis.command_rad;
+    cycles(c, STAND_CYCLES, LOAD_NM, wish_rad, 0, 1);
+    if (c->drive.motor < motor - 1 || c->drive.motor > motor + 1) {
+      return 17;
+    }
+  }
+  return 0;
+}
+
+static void swing(cell *c, float *wish_rad, int enable) {
+  int k;
+  for (k = 0; k < 10; ++k) {
+    cycles(c, SWING_CYCLES, LOAD_NM + SWING_NM, wish_rad, 0, enable);
+    cycles(c, SWING_CYCLES, LOAD_NM - SWING_NM, wish_rad, 0, enable);
+  }
+}
+
+/* Ringing: the bit remains if the drive was enabled, and is cleared if the load swings against the
+ * brake alone. */
+static int check_ringing(cell *c, float *wish_rad) {
+  cycles(c, STAND_CYCLES, LOAD_NM, wish_rad, 0, 0);
+  swing(c, wish_rad, 0);
+  if (c->axis.correction.status & LM_STATE_RINGING) {
+    return 18;
+  }
+  cycles(c, 3 * STAND_CYCLES, LOAD_NM, wish_rad, 0, 1);
+  swing(c, wish_rad, 1);
+  cycles(c, STAND_CYCLES, LOAD_NM, wish_rad, 0, 0);
+  if (!(c->axis.correction.status & LM_STATE_RINGING)) {
+    return 19;
+  }
+  cia402_set_mode(&c->axis, LM_MODE_RESET);
+  cia402_set_mode(&c->axis, LM_MODE_RUN);
+  cycles(c, STAND_CYCLES, LOAD_NM, wish_rad, 0, 0);
+  return c->axis.correction.status & LM_STATE_RINGING ? 20 : 0;
+}
+
 /* A loop on the output: enabled at once, only the rate of the correction is sent. */
 static int check_output_loop(cell *c, lm_conditions *at) {
   static const cia402_drive drive = {INCREMENTS, 1, 50, -5, 1, 1};
@@ -104,7 +165,18 @@ static int check_output_loop(cell *c, lm_conditions *at) {
       return 11;
     }
   }
-  return in.statusword == CIA402_OPERATION_ENABLED && rate < 0 ? 0 : 12;
+  if (in.statusword != CIA402_OPERATION_ENABLED || rate >= 0) {
+    return 12;
+  }
+  /* A mode moves the correction, but not the joint: no rate. */
+  cia402_set_mode(&c->axis, LM_MODE_RESET);
+  for (k = 0; k < 2 * STAND_CYCLES; ++k) {
+    out = cia402_cycle(&c->axis, &in, at, c->axis.command_rad, 1);
+    if (out.velocity_offset != 0) {
+      return 13;
+    }
+  }
+  return is_close(c->axis.correction.correction_rad, 0) ? 0 : 13;
 }
 
 int check_cia402(void) {
@@ -117,6 +189,7 @@ int check_cia402(void) {
   cia402_input in;
   float wish_rad;
   float start_rad;
+  int k;
   at.torque_Nm = LOAD_NM;
   c.drive.status = CIA402_SWITCH_ON_DISABLED;
   c.drive.motor = 1234567;
@@ -165,6 +238,11 @@ int check_cia402(void) {
   in = read_drive(&c);
   if (c.largest_rad > STEP_RAD || !is_close(cia402_reported(&c.axis, &in), 1.0f)) {
     return 7;
+  }
+  k = check_hold(&c, &wish_rad);
+  k = k ? k : check_ringing(&c, &wish_rad);
+  if (k) {
+    return k;
   }
   /* Power-down with the brake on, power-up with the history. */
   cycles(&c, STAND_CYCLES, LOAD_NM, &wish_rad, 0, 0);

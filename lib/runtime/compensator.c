@@ -316,6 +316,9 @@ NOINLINE static void count_swing(lm_compensator *c, lm_real swing_rad) {
  * ends when it has returned by swing_Nm, whose sign gives the direction. */
 NOINLINE static void hear_torque(lm_compensator *c) {
   lm_real back_Nm;
+  if (c->standing & (LM_STATE_HOLDING | LM_STATE_RESETTING)) {
+    return; /* the correction does not follow the torque */
+  }
   c->heard_Nm += (c->memory.plays.torque_Nm - c->heard_Nm) * (LM_REAL(0.25) * c->jerk_share);
   back_Nm = c->heard_Nm - c->turn_Nm;
   if (signs_differ(back_Nm, c->swing_Nm)) {

@@ -31,6 +31,16 @@ static lm_status check_form(const lm_effect *effect, lm_fault *fault) {
   return status;
 }
 
+/* Stored values are binary32: one at its bound may be beyond it by a rounding if lm_real is wider.
+ */
+static lm_real rounded_down(lm_real bound) {
+  return least(bound, LM_REAL((float)bound));
+}
+
+static lm_real rounded_up(lm_real bound) {
+  return greatest(bound, LM_REAL((float)bound));
+}
+
 lm_status lm_check_effect(const lm_effect *effect, const lm_real *value, lm_fault *fault) {
   lm_status status;
   int32_t i;
@@ -43,7 +53,8 @@ lm_status lm_check_effect(const lm_effect *effect, const lm_real *value, lm_faul
   }
   for (i = 0; i < effect->value_count; ++i) {
     const char *name = effect->card ? effect->card->value[i].name : "value";
-    status = lm_check_range(fault, name, value[i], effect->bound[i][0], effect->bound[i][1]);
+    status = lm_check_range(fault, name, value[i], rounded_down(effect->bound[i][0]),
+                            rounded_up(effect->bound[i][1]));
     if (status != LM_OK) {
       return status;
     }

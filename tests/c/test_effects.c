@@ -499,6 +499,22 @@ static void ratcheting_counts_every_peak_once_and_stays(void) {
   }
 }
 
+/* A header and a blob store binary32, and a build of binary64 reads it. */
+static void a_bound_rounded_to_binary32_is_within(void) {
+  size_t i;
+  for (i = 0; i < LM_EFFECT_COUNT; ++i) {
+    lm_real value[LM_EFFECT_VALUES_MAX];
+    int32_t k;
+    int side;
+    for (side = 0; side < 2; ++side) {
+      for (k = 0; k < lm_effects[i]->value_count; ++k) {
+        value[k] = LM_REAL((float)lm_effects[i]->bound[k][side]);
+      }
+      TEST_ASSERT_EQUAL_MESSAGE(LM_OK, lm_check_effect(lm_effects[i], value, &fault), fault.input);
+    }
+  }
+}
+
 static void values_out_of_bounds_are_refused_by_name(void) {
   lm_real value[] = {LM_REAL(2e-5), 0};
   lm_real zero = 0;
@@ -598,6 +614,7 @@ int main(void) {
   RUN_TEST(a_lag_below_one_sample_is_seen_in_full);
   RUN_TEST(a_jump_fades_with_the_lag);
   RUN_TEST(ratcheting_counts_every_peak_once_and_stays);
+  RUN_TEST(a_bound_rounded_to_binary32_is_within);
   RUN_TEST(values_out_of_bounds_are_refused_by_name);
   RUN_TEST(a_users_own_effect_runs_like_the_librarys);
   RUN_TEST(columns_that_are_missing_are_not_known);

@@ -197,7 +197,9 @@ lm_correction lm_settle_compensator(lm_compensator *compensator, const lm_condit
 lm_correction lm_step_compensator(lm_compensator *compensator, const lm_conditions *at);
 
 /* For the decision to close the loop, to save, or to take a reference at rest: how long the
- * correction has stood. Zero to begin with: `lm_standstill standstill = {0}`. */
+ * correction has stood. Zero to begin with: `lm_standstill standstill = {0}`; set `ticks` to 0 for
+ * every new wait, and when the source of the torque, the mode or the parameters change meanwhile.
+ */
 typedef struct lm_standstill {
   lm_real lowest_rad; /* range of the correction since it stands */
   lm_real highest_rad;
@@ -205,19 +207,19 @@ typedef struct lm_standstill {
 } lm_standstill;
 
 /* Seconds for which the correction has stayed within a range of 8 noise_rad and as near to its
- * target (or, at the limit, to that). Call it after every step while you wait; after a new mode or
- * new parameters the target is new from the next step on. LM_STATE_SETTLED judges a single tick:
- * noise of the torque sets and clears it, and it may be set while a filtered torque still
- * approaches its value. After a standstill of three time constants of that filter the correction
- * moves by less than noise_rad / 2 more (with the range R and the time constant tau by at most R /
- * (exp(t / tau) - 1) after a time t). A noise of the correction or its target above noise_rad, rms,
- * ends the standstill again and again: filter the torque. Not started: 0. `standstill` must not be
- * null. */
+ * target (or, at the limit, to that). Call it after every step while you wait. LM_STATE_SETTLED
+ * judges a single tick: noise of the torque sets and clears it, and it may be set while a filtered
+ * torque still approaches its value. After a standstill of three time constants of that filter the
+ * correction moves by less than noise_rad / 2 more (with the range R and the time constant tau by
+ * at most R / (exp(t / tau) - 1) after a time t). A noise of the correction or its target above
+ * noise_rad, rms, ends the standstill again and again: filter the torque. Not started: 0.
+ * `standstill` must not be null. */
 lm_real lm_find_standstill(const lm_compensator *compensator, lm_standstill *standstill);
 
 /* Sets the headroom of the correction from the next step on, until the next call (which may come in
  * every tick). It never widens the limits of the parameters. Null: only those limits. All zero: the
- * correction comes to rest within a few times 1 / response. */
+ * correction comes to rest within a few times 1 / response. (A correction_rad of 0 alone moves it
+ * to zero.) lm_change_parameters ends the headroom: set it again. */
 void lm_set_headroom(lm_compensator *compensator, const lm_headroom *headroom);
 
 /* Sets the mode from the next step on. A value outside the enumeration counts as LM_MODE_RESET.

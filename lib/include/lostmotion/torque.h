@@ -90,10 +90,10 @@ lm_real lm_estimate_torque(const lm_motor *motor, lm_real current_A, lm_real vel
 lm_real lm_bound_torque(const lm_motor *motor, lm_real velocity_rad_s);
 
 /* Returns the torque for the model when it is known only to +-uncertainty [N*m]: *believed_Nm
- * (state, starts at 0) is clipped to torque +- uncertainty. Noise within the uncertainty, and
- * friction of unknown sign, therefore do not move the correction. With an uncertainty of zero the
- * result is the torque. A torque that is not finite leaves *believed_Nm unchanged; an uncertainty
- * that is negative or NaN counts as zero. */
+ * (state; starts at the torque in use before, or at the first torque) is clipped to torque +-
+ * uncertainty. Noise within the uncertainty, and friction of unknown sign, therefore do not move
+ * the correction. With an uncertainty of zero the result is the torque. A torque that is not finite
+ * leaves *believed_Nm unchanged; an uncertainty that is negative or NaN counts as zero. */
 lm_real lm_hold_torque(lm_real *believed_Nm, lm_real torque_Nm, lm_real uncertainty_Nm);
 
 /* Load model for use without a torque measurement: a load that resists motion, and a bias such as
@@ -108,8 +108,8 @@ typedef struct lm_load_guess {
  * at 0) is the resistance of the load: it opposes the commanded output angle with the given
  * stiffness and saturates at +-friction, so that noise and small motions within the dead band do
  * not reverse it. moved_rad: change of the commanded output angle, without correction, since the
- * previous call. bias_Nm: other known torque (gravity; 0 if none). Inputs that are not finite leave
- * the state unchanged. */
+ * previous call (a shift of the zero by homing is no motion). bias_Nm: other known torque (gravity;
+ * 0 if none). Inputs that are not finite leave the state unchanged. */
 lm_real lm_guess_torque(const lm_load_guess *guess, lm_real *resisting_Nm, lm_real moved_rad,
                         lm_real bias_Nm);
 
