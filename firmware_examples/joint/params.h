@@ -1,5 +1,5 @@
 /* The simulated joint: parameters for its controller, written by lostmotion export 0.1.0.
- * Corrects up to 10.3 arcmin; made for a call every 0.5 ms.
+ * Corrects up to 10.3 arcmin; for one call every 0.5 ms.
  * Every tick needs torque_Nm. */
 #ifndef JOINT_PARAMETERS_H
 #define JOINT_PARAMETERS_H
@@ -27,9 +27,12 @@
 static const lm_parameters joint_parameters = {
     LM_PARAMETERS_LAYOUT,
     0xbef2c4c5u,
-    60.0f,
+    60.0f, /* torque_limit_Nm */
+    /* period_s, correction_rad, velocity_rad_s, acceleration_rad_s2, jerk_rad_s3, response_per_s */
     {0.0005f, 0.003f, 0.05f, 20.0f, 20000.0f, 125.0f},
+    /* window_s, fade_s, noise_rad, misfit_rad, creep_rad_s, ringing_Hz */
     {1.0f, 2.0f, 9.696274e-06f, 9.6962736e-05f, 1e-04f, 10.0f},
+    /* torque_Nm, temperature_C, cycles, input_velocity_rad_s */
     {0.0f, {0.0f, 0.0f}, {0.0f, 0.0f}, {0.0f, 0.0f}},
     {8, 0, 0, 0.0f, 0.69807047f, 0.0f, 1.0f,
      {

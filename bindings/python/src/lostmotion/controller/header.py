@@ -131,7 +131,7 @@ def _constant(controller: Controller, made: Any, name: str) -> list[str]:
         f"static const lm_parameters {name} = {{",
         "    LM_PARAMETERS_LAYOUT,",
         f"    0x{made.fingerprint:08x}u,",
-        f"    {literal(controller.torque_limit_Nm)},",
+        f"    {literal(controller.torque_limit_Nm)}, /* torque_limit_Nm */",
         struct_initializer(controller.limits) + ",",
         struct_initializer(controller.watch) + ",",
         struct_initializer(controller.valid) + ",",
@@ -143,13 +143,14 @@ def _constant(controller: Controller, made: Any, name: str) -> list[str]:
 
 
 def struct_initializer(part: Limits | Watch | Validity) -> str:
-    """Initializer of a struct of numbers and pairs of them."""
+    """Initializer of a struct of numbers and pairs of them, below the names of its fields."""
     texts = []
+    names = ", ".join(entry.name for entry in fields(part))
     for entry in fields(part):
         value = getattr(part, entry.name)
         pair = isinstance(value, tuple)
         texts.append(f"{{{', '.join(map(literal, value))}}}" if pair else literal(value))
-    return "    {" + ", ".join(texts) + "}"
+    return f"    /* {names} */\n    {{{', '.join(texts)}}}"
 
 
 def _plays_text(bank: Any, gap: bool) -> list[str]:
