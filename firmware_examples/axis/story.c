@@ -6,6 +6,7 @@
 #define LOAD_NM (-12.0f) /* weight of the arm */
 #define PUSH_NM (-5.0f)  /* external push while the brake is on */
 #define SWING_NM 10.0f   /* of the arm against the brake, at 20 Hz */
+#define SLIP_RAD 1e-6f   /* of the brake, a tick */
 #define FAST_RAD 0.0005f /* a tick */
 #define STILL_RAD 2e-6f  /* 0.4 arcsec */
 #define ARRIVED_RAD 2e-5f
@@ -138,6 +139,14 @@ int axis_story(float *most_rad) {
   run(&j, 20, LOAD_NM, 0);
   if (!lm_axis_close(&j.drive) || !lm_axis_power_down(&j.drive, &kept)) {
     return 5;
+  }
+  /* The brake slips: the loop stays open. */
+  for (k = 0; k < STAND_TICKS; ++k) {
+    j.motor_rad += SLIP_RAD;
+    run(&j, 1, LOAD_NM, 0);
+  }
+  if (!lm_axis_close(&j.drive)) {
+    return 15;
   }
   /* The arm swings against the brake: that is no ringing of the correction. */
   for (k = 0; k < 10; ++k) {

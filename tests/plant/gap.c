@@ -178,6 +178,7 @@ int main(void) {
   known.half_width_rad = gap_rad / 2;
   known.gravity_share = 0;
   known.torque_factor = 1;
+  known.ratio_share = 1;
   printf("arcsec rms of the output; gap %.1f arcsec; dead band over the gap:\n", gap_rad / ARCSEC);
   printf("%-38s %8s %8s", "", "none", "constant");
   for (k = 0; k < 5; ++k) {

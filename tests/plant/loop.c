@@ -27,6 +27,11 @@ static double gauss(uint32_t *seed) {
   return sum;
 }
 
+/* Angle of the motor, referred to the output by the host's ratio. */
+static double host_angle(const loop *l, const plant *joint) {
+  return plant_motor_encoder(joint) / l->known.ratio_share;
+}
+
 static double table(const loop *l, double torque_Nm) {
   const double *rad = l->known.table_rad;
   double at = clip(40 * torque_Nm / l->known.kind->rated_Nm, 59.999) + 60;
@@ -114,8 +119,7 @@ static void watch(loop *l, const plant *joint) {
   if (++l->watch_ticks >= (int64_t)(WATCH_S / l->period_s + 0.5)) {
     double output_rad = plant_output(joint) + OUTPUT_NOISE_RAD * gauss(&l->noise);
     l->watch_ticks = 0;
-    lm_watch_output(&l->compensator,
-                    (float)(output_rad - plant_motor_encoder(joint) + ZERO_OFFSET_RAD),
+    lm_watch_output(&l->compensator, (float)(output_rad - host_angle(l, joint) + ZERO_OFFSET_RAD),
                     (float)WATCH_S);
   }
 }
@@ -165,7 +169,7 @@ void loop_start(loop *l, method how, torque_source source, const knowledge *know
   l->period_s = 1 / rate_Hz;
   l->noise = 1;
   l->first_fade = -1;
-  l->last_rad = plant_motor_encoder(joint);
+  l->last_rad = host_angle(l, joint);
   rest.angle_rad = l->last_rad;
   if (how == METHOD_LIBRARY) {
     begin(l, joint, &rest, 0);
@@ -181,13 +185,12 @@ void loop_power_cycle(loop *l, const plant *joint, const command *wish) {
 }
 
 double loop_reported(const loop *l, const plant *joint) {
-  return l->known.output_loop ? plant_output(joint)
-                              : plant_motor_encoder(joint) - l->correction_rad;
+  return l->known.output_loop ? plant_output(joint) : host_angle(l, joint) - l->correction_rad;
 }
 
 double loop_tick(loop *l, const plant *joint, const command *wish, int closed) {
   const joint_kind *kind = l->known.kind;
-  double measured_rad = plant_motor_encoder(joint);
+  double measured_rad = host_angle(l, joint);
   double model_Nm = modelled(l, wish);
   double share = 1 - exp(-kind->speed_filter_per_s * l->period_s);
   double error_rad;
@@ -217,5 +220,5 @@ double loop_tick(loop *l, const plant *joint, const command *wish, int closed) {
              l->make.viscous_Nms * feed_rad_s +
              l->make.coulomb_Nm * clip(feed_rad_s / FRICTION_REVERSAL_RAD_S, 1);
   l->motor_Nm = clip(push_Nm, kind->torque_max_Nm);
-  return l->motor_Nm;
+  return l->motor_Nm / l->known.ratio_share;
 }

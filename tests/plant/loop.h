@@ -34,8 +34,9 @@ typedef struct knowledge {
   double gravity_share;    /* of the true gravity */
   double torque_factor;    /* on the stated values of library and table */
   double temperature_off_K;
-  int output_loop; /* the position loop closes on an encoder at the output */
-  double error_Nm; /* largest error of the torque as declared to the library; 0: not declared */
+  int output_loop;    /* the position loop closes on an encoder at the output */
+  double ratio_share; /* the host's ratio over that of the gear */
+  double error_Nm;    /* largest error of the torque as declared to the library; 0: not declared */
 } knowledge;
 
 typedef struct loop {

@@ -7,7 +7,8 @@
  *                         until it fades at a wrong sign, with another drive, and with a drive that
  *                         already compensates
  *
- * Errors are those of the output, arcsec rms over the scored time. Exit status 1 if the library is
+ * Errors are those of the output, arcsec rms over the scored time; with a wrong ratio, of the lost
+ * motion at the output. Exit status 1 if the library is
  * worse than no compensation, rings or, on the standard joint, is more than a tenth worse than the
  * best of the others in a case that is not marked as known. */
 #include <math.h>
@@ -114,57 +115,62 @@ typedef struct trial {
   int known_worse; /* than the best of the others: listed with its reason in the documentation */
   double told; /* largest error of the torque as declared to the library, in units of the sensor's
   noise or of 1.3 times the motor's friction at rest; 0: not declared */
-  double ripple_rad; /* of the gear, known to 10 % in the parameters */
+  double ripple_rad;  /* of the gear, known to 10 % in the parameters */
+  double ratio_share; /* ratio of the host over that of the gear */
 } trial;
 
 static const trial trials[] = {
-    {&move_dwell, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 1, 0, 0},
-    {&hover, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0, 0},
-    {&jog, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0, 0},
-    {&reversals, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0, 0},
-    {&crossing, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0, 0},
-    {&rest_at_zero, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0, 0},
-    {&dither, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0, 0},
-    {&saturation, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0, 0},
-    {&saturation, "", FROM_SENSOR, 0.98, 1, 0, 20, 0, 0, 0, 0},
-    {&braking, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0, 0},
-    {&cycling, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 1, 0, 0},
-    {&homing, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0, 0},
-    {&move_dwell, "sensor", FROM_SENSOR, 0.98, 1, 0, 20, 0, 1, 0, 0},
-    {&crossing, "sensor", FROM_SENSOR, 0.98, 1, 0, 20, 0, 0, 0, 0},
-    {&move_dwell, "raw sensor", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 1, 0, 0},
-    {&crossing, "raw sensor", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 0, 0, 0},
-    {&rest_at_zero, "raw sensor", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 0, 0, 0},
-    {&move_dwell, "current", FROM_CURRENT, 0.98, 1, 0, 20, 0, 0, 0, 0},
-    {&crossing, "current", FROM_CURRENT, 0.98, 1, 0, 20, 0, 0, 0, 0},
-    {&rest_at_zero, "current", FROM_CURRENT, 0.98, 1, 0, 20, 0, 0, 0, 0},
-    {&move_dwell, "raw current", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 1, 0, 0},
-    {&crossing, "raw current", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 0, 0, 0},
-    {&rest_at_zero, "raw current", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 0, 0, 0},
-    {&move_dwell, "raw sensor, error told", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 0, 1, 0},
-    {&crossing, "raw sensor, error told", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 0, 1, 0},
-    {&rest_at_zero, "raw sensor, error told", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 0, 1, 0},
-    {&move_dwell, "raw current, error told", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 0, 1, 0},
-    {&crossing, "raw current, error told", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 0, 1, 0},
-    {&rest_at_zero, "raw current, error told", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 0, 1, 0},
-    {&move_dwell, "ripple, raw sensor", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 1, 0, RIPPLE_RAD},
-    {&crossing, "ripple, raw sensor", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 0, 0, RIPPLE_RAD},
-    {&rest_at_zero, "ripple, raw sensor", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 0, 0, RIPPLE_RAD},
-    {&rest_at_zero, "ripple, raw current", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 0, 0, RIPPLE_RAD},
-    {&move_dwell, "ripple, raw current", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 1, 0, RIPPLE_RAD},
-    {&crossing, "ripple, raw current", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 0, 0, RIPPLE_RAD},
-    {&move_dwell, "warm", FROM_MODEL, 0.98, 1, 0, 45, 0, 0, 0, 0},
-    {&move_dwell, "temperature 25 K off", FROM_MODEL, 0.98, 1, 25, 20, 0, 1, 0, 0},
-    {&move_dwell, "thermometer broken", FROM_MODEL, 0.98, 1, 380, 20, 0, 1, 0, 0},
-    {&move_dwell, "load 30 % off", FROM_MODEL, 1.3, 1, 0, 20, 0, 0, 0, 0},
-    {&reversals, "load 30 % off", FROM_MODEL, 1.3, 1, 0, 20, 0, 0, 0, 0},
-    {&move_dwell, "sign wrong", FROM_MODEL, 0.98, -1, 0, 20, 0, 1, 0, 0},
-    {&reversals, "sign wrong", FROM_MODEL, 0.98, -1, 0, 20, 0, 0, 0, 0},
-    {&reversals, "torque 2.5 times too large", FROM_MODEL, 0.98, 2.5, 0, 20, 0, 0, 0, 0},
-    {&move_dwell, "loop on the output", FROM_MODEL, 0.98, 1, 0, 20, 1, 0, 0, 0},
-    {&reversals, "loop on the output", FROM_MODEL, 0.98, 1, 0, 20, 1, 0, 0, 0},
-    {&sweep, "ripple", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0, RIPPLE_RAD},
-    {&sweep, "ripple, loop on the output", FROM_MODEL, 0.98, 1, 0, 20, 1, 0, 0, RIPPLE_RAD},
+    {&move_dwell, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 1, 0, 0, 1},
+    {&hover, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0, 0, 1},
+    {&jog, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0, 0, 1},
+    {&reversals, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0, 0, 1},
+    {&crossing, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0, 0, 1},
+    {&rest_at_zero, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0, 0, 1},
+    {&dither, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0, 0, 1},
+    {&saturation, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0, 0, 1},
+    {&saturation, "", FROM_SENSOR, 0.98, 1, 0, 20, 0, 0, 0, 0, 1},
+    {&braking, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0, 0, 1},
+    {&cycling, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 1, 0, 0, 1},
+    {&homing, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0, 0, 1},
+    {&move_dwell, "sensor", FROM_SENSOR, 0.98, 1, 0, 20, 0, 1, 0, 0, 1},
+    {&crossing, "sensor", FROM_SENSOR, 0.98, 1, 0, 20, 0, 0, 0, 0, 1},
+    {&move_dwell, "raw sensor", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 1, 0, 0, 1},
+    {&crossing, "raw sensor", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 0, 0, 0, 1},
+    {&rest_at_zero, "raw sensor", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 0, 0, 0, 1},
+    {&move_dwell, "current", FROM_CURRENT, 0.98, 1, 0, 20, 0, 0, 0, 0, 1},
+    {&crossing, "current", FROM_CURRENT, 0.98, 1, 0, 20, 0, 0, 0, 0, 1},
+    {&rest_at_zero, "current", FROM_CURRENT, 0.98, 1, 0, 20, 0, 0, 0, 0, 1},
+    {&move_dwell, "raw current", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 1, 0, 0, 1},
+    {&crossing, "raw current", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 0, 0, 0, 1},
+    {&rest_at_zero, "raw current", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 0, 0, 0, 1},
+    {&move_dwell, "raw sensor, error told", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 0, 1, 0, 1},
+    {&crossing, "raw sensor, error told", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 0, 1, 0, 1},
+    {&rest_at_zero, "raw sensor, error told", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 0, 1, 0, 1},
+    {&move_dwell, "raw current, error told", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 0, 1, 0, 1},
+    {&crossing, "raw current, error told", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 0, 1, 0, 1},
+    {&rest_at_zero, "raw current, error told", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 0, 1, 0, 1},
+    {&move_dwell, "ripple, raw sensor", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 1, 0, RIPPLE_RAD, 1},
+    {&crossing, "ripple, raw sensor", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 0, 0, RIPPLE_RAD, 1},
+    {&rest_at_zero, "ripple, raw sensor", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 0, 0, RIPPLE_RAD, 1},
+    {&rest_at_zero, "ripple, raw current", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 0, 0, RIPPLE_RAD,
+     1},
+    {&move_dwell, "ripple, raw current", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 1, 0, RIPPLE_RAD, 1},
+    {&crossing, "ripple, raw current", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 0, 0, RIPPLE_RAD, 1},
+    {&move_dwell, "warm", FROM_MODEL, 0.98, 1, 0, 45, 0, 0, 0, 0, 1},
+    {&move_dwell, "temperature 25 K off", FROM_MODEL, 0.98, 1, 25, 20, 0, 1, 0, 0, 1},
+    {&move_dwell, "thermometer broken", FROM_MODEL, 0.98, 1, 380, 20, 0, 1, 0, 0, 1},
+    {&move_dwell, "load 30 % off", FROM_MODEL, 1.3, 1, 0, 20, 0, 0, 0, 0, 1},
+    {&reversals, "load 30 % off", FROM_MODEL, 1.3, 1, 0, 20, 0, 0, 0, 0, 1},
+    {&move_dwell, "sign wrong", FROM_MODEL, 0.98, -1, 0, 20, 0, 1, 0, 0, 1},
+    {&reversals, "sign wrong", FROM_MODEL, 0.98, -1, 0, 20, 0, 0, 0, 0, 1},
+    {&reversals, "torque 2.5 times too large", FROM_MODEL, 0.98, 2.5, 0, 20, 0, 0, 0, 0, 1},
+    {&move_dwell, "loop on the output", FROM_MODEL, 0.98, 1, 0, 20, 1, 0, 0, 0, 1},
+    {&reversals, "loop on the output", FROM_MODEL, 0.98, 1, 0, 20, 1, 0, 0, 0, 1},
+    {&move_dwell, "ratio off by one", FROM_MODEL, 0.98, 1, 0, 20, 0, 1, 0, 0, 1.01},
+    {&reversals, "sign of the ratio wrong", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0, 0, -1},
+    {&reversals, "sign of the ratio, sensor", FROM_SENSOR, 0.98, 1, 0, 20, 0, 0, 0, 0, -1},
+    {&sweep, "ripple", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0, RIPPLE_RAD, 1},
+    {&sweep, "ripple, loop on the output", FROM_MODEL, 0.98, 1, 0, 20, 1, 0, 0, RIPPLE_RAD, 1},
 };
 #define TRIALS ((int)(sizeof trials / sizeof trials[0]))
 
@@ -236,7 +242,7 @@ static score run(const trial *t, method how, double rate_Hz, knowledge known) {
   double offset_rad = 0; /* of the command, when it restarts at the reported angle */
   double closed_at_rad = 0;
   double closed_at_s = -10;
-  double from_s = fmax(what->from_s, t->torque_factor != 1 ? CAUGHT_S : 0);
+  double from_s = fmax(what->from_s, t->torque_factor != 1 || t->ratio_share < 0 ? CAUGHT_S : 0);
   int was_closed = 0;
   start_joint(&joint, known.kind);
   joint.temperature_C = t->temperature_C;
@@ -245,6 +251,7 @@ static score run(const trial *t, method how, double rate_Hz, knowledge known) {
   known.torque_factor = t->torque_factor;
   known.temperature_off_K = t->temperature_off_K;
   known.output_loop = t->output_loop;
+  known.ratio_share = t->ratio_share;
   if (t->ripple_rad > 0) {
     lm_effect_use *use;
     rippling = *known.parameters;
@@ -295,7 +302,7 @@ static score run(const trial *t, method how, double rate_Hz, knowledge known) {
         found.jump_rad = fmax(found.jump_rad, fabs(plant_output(&joint) - closed_at_rad));
       }
     }
-    error_rad = plant_output(&joint) - wish.angle_rad;
+    error_rad = plant_output(&joint) - wish.angle_rad * t->ratio_share;
     if (time_s >= from_s && !braked && !free_run) {
       found.rms_rad += error_rad * error_rad;
       scored += 1;
