@@ -400,12 +400,37 @@ def line_faults() -> list[Fault]:
     return faults
 
 
+def lasting_faults() -> list[Fault]:
+    """Faults that last: an offset, a marker within the range, saturation, a dead sensor."""
+    rows = [int(i) for i in _rows(RUN_OF["torque_Nm"])]
+    some = rows[33:43]
+    every = rows[3::8]
+    torque, temperature = clean().values("torque_Nm"), clean().values("temperature_C")
+    most = 0.8 * float(np.max(np.abs(torque[rows])))
+    over = [i for i in rows if abs(torque[i]) > most]
+    warm = [int(i) for i in _rows(RUN_OF["temperature_C"])]
+    faults = []
+    for what, name, places, values in (
+        ("30 N m too much for 10 samples", "torque_Nm", some, torque[some] + 30.0),
+        ("0 for 10 samples", "torque_Nm", some, 0.0 * torque[some]),
+        ("every eighth sample of a run is 0", "torque_Nm", every, 0.0 * torque[every]),
+        ("cut off at 80 % of its range", "torque_Nm", over, most * np.sign(torque[over])),
+        ("0 from the middle of a run on", "temperature_C", warm[60:], 0.0 * temperature[warm[60:]]),
+    ):
+        damaged = _with(clean(), name, places, [f"{value:.6g}" for value in values])
+        less = _without(places) if name in NEEDED else None
+        finding = (name.rsplit("_", 1)[0], RUN_OF[name])
+        faults.append(Fault(f"{name}: {what}", damaged.text(), finding=finding, less=less))
+    return faults
+
+
 def all_faults() -> list[Fault]:
     """Every fault, those of cells first, column by column; replacing zero by zero is not one."""
     faults = []
     for name in clean().names:
         faults += cell_faults(name) + stretch_faults(name)
-    return [_judged(fault) for fault in faults if fault.text != clean().text()] + line_faults()
+    faults = [_judged(fault) for fault in faults if fault.text != clean().text()]
+    return faults + lasting_faults() + line_faults()
 
 
 EXPECTED: dict[str, tuple[str, str]] = {

@@ -58,6 +58,13 @@ MARKERS_TRIED = 8
 MARKERS_LEAST = 3
 """Least number of occurrences of a marker: two equal outliers may be a coincidence."""
 
+REPEATED_LEAST = 5
+"""Number of single occurrences from which a value is a marker, if it ..."""
+
+REPEATED_TIMES = 5
+"""... occurs this many times as often as any other value that occurs alone: a channel of few values
+repeats many of them. Chosen."""
+
 CONSTANT_SHARE = 0.1
 """Least deviation of a channel with a single value, relative to it: sensors with few steps."""
 
@@ -200,3 +207,22 @@ def markers(values: FloatArray, absolute: bool = False) -> BoolArray:
         if 2 * np.count_nonzero(stands_out) >= rows.size and stands_out.sum() >= MARKERS_LEAST:
             marked[rows[stands_out]] = True
     return marked
+
+
+def repeated_marker(values: FloatArray) -> BoolArray:
+    """Mark a value that occurs alone far more often than any other, wherever it occurs.
+
+    It need not stand out as `markers` must: also within the range of the channel it is no reading.
+    """
+    between = (values[1:-1] - values[:-2]) * (values[2:] - values[1:-1]) < 0
+    levels, counts = np.unique(values[1:-1][between], return_counts=True)
+    order = np.argsort(counts)[::-1]
+    usual = int(counts[order[1]]) if counts.size > 1 else 1
+    if counts.size == 0 or counts[order[0]] < max(REPEATED_LEAST, REPEATED_TIMES * usual):
+        return np.zeros(values.size, dtype=bool)
+    same = values == levels[order[0]]
+    rows, rest = np.flatnonzero(same), np.flatnonzero(~same)
+    if rest.size < 2 or rows.size > MARKED_SHARE * values.size:
+        return np.zeros(values.size, dtype=bool)
+    off = np.abs(values[rows] - np.interp(rows, rest, values[rest]))
+    return same & (np.median(off) > np.median(np.abs(np.diff(values[rest]))))

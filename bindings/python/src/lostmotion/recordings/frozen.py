@@ -18,7 +18,7 @@ from collections.abc import Mapping
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.recordings.bursts import local_noise
+from lostmotion.recordings.bursts import DEVIATIONS, local_noise
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
@@ -58,12 +58,20 @@ TURN_LEAST_RAD = 0.2
 JUMP = 4.0
 """Least ratio of the step that ends a frozen section to the largest adjacent step."""
 
+SATURATED_LEAST = 3
+"""Least number of readings at an end of the range of a saturated channel."""
+
+SATURATED_SWING = 0.02
+"""Share of its range by which the other channel goes beyond and back meanwhile. Chosen."""
+
 BESIDE = 10
 """Steps on either side of a section for comparison with the step at its end."""
 
 
 def frozen_rows(columns: Mapping[str, FloatArray], ratio: float | None) -> dict[str, BoolArray]:
-    """Mark the frozen readings of torque and angles, except the first of each section.
+    """Mark the frozen readings of torque and angles.
+
+    The first of each section is a sound reading, unless the channel leaps to it.
 
     Parameters
     ----------
@@ -81,6 +89,7 @@ def frozen_rows(columns: Mapping[str, FloatArray], ratio: float | None) -> dict[
         marked = frozen(columns[name][rows], other[rows], swing, turned)
         if name == "torque":
             marked |= late_readings(columns[name][rows], other[rows])
+            marked |= saturated(columns[name][rows], other[rows], turned)
         if marked.any():
             found.setdefault(name, np.zeros(other.size, dtype=bool))[rows[marked]] = True
     return found
@@ -109,7 +118,7 @@ def witnesses(
 def frozen(
     values: FloatArray, other: FloatArray, swing: float | None, turned_rad: FloatArray
 ) -> BoolArray:
-    """Mark the frozen readings of a channel, except the first of each section.
+    """Mark the frozen readings of a channel, and the first of a section if the channel leaps to it.
 
     Parameters
     ----------
@@ -141,7 +150,9 @@ def frozen(
         alone = end == values.size or not jumps_behind(np.diff(other), begin, end)
         still = float(np.ptp(turned_rad[begin:end])) < TURN_LEAST_RAD
         if moved >= swing and alone and (jumped or (still and moved > NO_JUMP_SWING * extent)):
-            marked[begin + 1 : end] = True
+            # A marker of the device, such as zero, is none of the readings of the channel.
+            leapt = leapt_to(values, begin)
+            marked[begin + (not leapt) : end] = True
     return marked
 
 
@@ -168,3 +179,36 @@ def jumps_behind(step: FloatArray, begin: int, end: int) -> bool:
     """Whether the step after a section is far larger than its neighbours."""
     near = np.concatenate((step[max(begin - 1 - BESIDE, 0) : begin], step[end : end + BESIDE]))
     return bool(near.size > 0 and abs(step[end - 1]) > JUMP * np.max(np.abs(near)))
+
+
+def leapt_to(values: FloatArray, begin: int) -> bool:
+    """Whether a channel departs from its course to a value: by far more than it bent before."""
+    before = values[max(begin - BESIDE, 0) : begin]
+    if before.size < 3:
+        return False
+    bends = np.abs(np.diff(before, 2))
+    off = abs(values[begin] - (2 * before[-1] - before[-2]))
+    return bool(off > JUMP * max(float(bends.max()), float(np.abs(np.diff(before)).max()) / 2))
+
+
+def saturated(values: FloatArray, other: FloatArray, turned_rad: FloatArray) -> BoolArray:
+    """Mark the readings at an end of the range of the channel while the drive went beyond and back.
+
+    An amplifier repeats its largest reading there. Under a held load the drive creeps in one
+    direction.
+    """
+    marked = np.zeros(values.size, dtype=bool)
+    for level in (values.max(), values.min()):
+        same = values == level
+        edges = np.flatnonzero(np.diff(np.concatenate(([False], same, [False])).astype(int)))
+        for begin, end in zip(edges[::2], edges[1::2], strict=True):
+            if end - begin < SATURATED_LEAST or begin == 0 or end == values.size:
+                continue
+            within = other[begin:end]
+            ends = within[[0, -1]]
+            beyond = max(float(within.max() - ends.max()), float(ends.min() - within.min()))
+            noise = local_noise(other, (begin + end) // 2)
+            still = float(np.ptp(turned_rad[begin:end])) < TURN_LEAST_RAD
+            if still and beyond > max(DEVIATIONS * noise, SATURATED_SWING * np.ptp(other)):
+                marked[begin:end] = True
+    return marked

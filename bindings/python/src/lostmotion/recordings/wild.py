@@ -16,18 +16,21 @@ longer angle outlier of many times the usual residual of the curve (`departures`
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
 
 from lostmotion.recordings.astray import RANGES, SHARE_MAX
 from lostmotion.recordings.bursts import (
+    BESIDE,
     BURST,
     DEVIATIONS,
     TIMES_BESIDE,
     bursts,
     local_noise,
     markers,
+    repeated_marker,
     resolution,
     scatter,
 )
@@ -35,7 +38,7 @@ from lostmotion.recordings.campaign import Campaign, Run
 from lostmotion.recordings.columns import counters_of
 from lostmotion.recordings.encoders import count_rad
 from lostmotion.recordings.findings import Finding
-from lostmotion.recordings.frozen import OTHER_SWING
+from lostmotion.recordings.frozen import FROZEN_LEAST, OTHER_SWING
 from lostmotion.recordings.mean_curve import MeanCurve
 from lostmotion.recordings.quantities import QUANTITIES
 
@@ -93,6 +96,9 @@ SLOW = ("temperature", "cycles")
 and a counter increases. A force or a moment may be applied in pulses.
 """
 
+DEAD_STEPS = 4.0
+"""Least leap to a dead section, in units of the least size of a burst: 10 K for a temperature."""
+
 PLAUSIBLE_SHARE = 0.01
 """Least size of a burst relative to that range: 2.6 K, more than one step of the coarsest
 sensors."""
@@ -112,6 +118,11 @@ def set_wild_aside(campaign: Campaign) -> None:
             note(campaign, run, "torque", alone, LEFT_OUT)
             run.leave_out(alone)
     curve = MeanCurve(campaign.runs)
+    for run in campaign.runs:
+        shifted = torque_shifted(run, curve)
+        if shifted.any() and not shifted.all():
+            note(campaign, run, "torque", shifted, LEFT_OUT)
+            run.leave_out(shifted)
     jumping = any(finding.kind == "jump" for finding in campaign.findings)
     for run in campaign.runs:
         for name in sorted(run.columns.keys() - {"time", *CHECKED, *CATEGORIES}):
@@ -169,6 +180,42 @@ def torque_alone(run: Run) -> BoolArray:
     return marked
 
 
+def torque_shifted(run: Run, curve: MeanCurve) -> BoolArray:
+    """Mark the torques between a leap and one back which the lost motion does not follow at all.
+
+    The load of the curve would wind the drive up by far more than its lost motion changes.
+    """
+    torque, lost = run.torque_Nm, run.lost_motion_rad
+    marked = np.zeros(len(run), dtype=bool)
+    found = np.flatnonzero(leaps(torque))
+    step, model = np.diff(torque), curve(torque)
+    for first, last in pairwise(found):
+        rows = np.arange(first + 1, last + 1)
+        back = -step[last] / step[first]
+        if not OWN_SHARE < back < 1 / OWN_SHARE or rows.size > DEPARTED_MAX * len(run):
+            continue
+        ends = np.array([first, last + 1])
+        wound, load = (x[rows] - np.interp(rows, ends, x[ends]) for x in (lost, model))
+        most = float(np.abs(np.median(load)))
+        followed = float(np.max(np.abs(wound))) > FOLLOWED_SHARE * most
+        marked[rows] |= most > DEVIATIONS * scatter(np.diff(lost)) and not followed
+    return marked
+
+
+def leaps(values: FloatArray) -> BoolArray:
+    """Mark the steps that are far larger than those before and after them."""
+    step = np.abs(np.diff(values))
+    marked = np.zeros(step.size, dtype=bool)
+    if step.size > 1:
+        floor = DEVIATIONS * scatter(step)
+        for at in np.flatnonzero(step > floor):
+            beside = np.concatenate(
+                (step[max(at - BESIDE, 0) : at], step[at + 1 : at + 1 + BESIDE])
+            )
+            marked[at] = beside.size > 0 and step[at] > TIMES_BESIDE * float(beside.max())
+    return marked
+
+
 def wild_rows_of(run: Run, curve: MeanCurve, in_bursts_only: bool) -> dict[str, BoolArray]:
     """Mark the outliers of the columns that check each other, by column.
 
@@ -178,6 +225,9 @@ def wild_rows_of(run: Run, curve: MeanCurve, in_bursts_only: bool) -> dict[str, 
     wild = {name: np.zeros(len(run), dtype=bool) for name in CHECKED}
     rest, noise = curve.rest(run), curve.noise(run)
     if not in_bursts_only:
+        for name in CHECKED:
+            if name in run.columns:
+                wild[name] |= repeated_marker(run.columns[name])
         written = [markers(run.columns[name]) for name in CHECKED if name in run.columns]
         name_culprits(run, curve, np.logical_or.reduce(written), wild)
         found = np.logical_or.reduce(list(wild.values()))
@@ -237,8 +287,9 @@ def departures(rest: FloatArray) -> BoolArray:
 def may_last(run: Run, name: str, stretch: IntArray) -> bool:
     """Whether a departure longer than a burst is a sensor fault.
 
-    A torque was examined before (`torque_alone`). An angle that deviates for a while may be teeth
-    that slipped and slipped back, unless it is constant while the torque moves, or erratic.
+    A torque was examined before (`torque_alone`, `torque_shifted`). An angle that deviates for a
+    while may be teeth that slipped and slipped back, unless it is constant while the torque moves,
+    or erratic.
     """
     if name == "torque" or stretch[0] == 0 or stretch[-1] + 1 == len(run):
         return False
@@ -355,6 +406,9 @@ def wild_values(values: FloatArray, plausible: tuple[float, float] | None, slow:
     if slow:
         rows = np.flatnonzero(known & ~wild)
         wild[rows[excursions(values[rows], least)]] = True
+        if plausible is not None:
+            rows = np.flatnonzero(known & ~wild)
+            wild[rows[dead_section(values[rows], least)]] = True
     rows = np.flatnonzero(known & ~wild)
     wild[rows[bursts(values[rows], np.full(rows.size, least / DEVIATIONS), absolute=True)]] = True
     return wild
@@ -377,6 +431,26 @@ def excursions(values: FloatArray, least: float) -> BoolArray:
         away = float(np.min(np.abs(values[stretch] - np.clip(values[stretch], low, high))))
         step = abs(values[first] - values[first - 1]), abs(values[last + 1] - values[last])
         marked[stretch] = min(step) > OWN_SHARE * away
+    return marked
+
+
+def dead_section(values: FloatArray, least: float) -> BoolArray:
+    """Mark a constant part of a run behind or before a leap that no drive makes.
+
+    A disconnected sensor reads zero; the other part of the run varies as a sensor does.
+    """
+    marked = np.zeros(values.size, dtype=bool)
+    step = np.abs(np.diff(values))
+    if step.size < 2 * FROZEN_LEAST:
+        return marked
+    at = int(np.argmax(step)) + 1
+    rest = float(np.partition(step, -2)[-2])
+    parts = slice(0, at), slice(at, values.size)
+    constant = [float(np.ptp(values[part])) == 0.0 for part in parts]
+    for part, dead in zip(parts, constant, strict=True):
+        length = values[part].size
+        if dead and sum(constant) == 1 and length >= FROZEN_LEAST:
+            marked[part] = step[at - 1] > max(TIMES_BESIDE * rest, DEAD_STEPS * least)
     return marked
 
 
