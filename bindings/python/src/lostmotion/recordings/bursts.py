@@ -212,7 +212,8 @@ def markers(values: FloatArray, absolute: bool = False) -> BoolArray:
 def repeated_marker(values: FloatArray) -> BoolArray:
     """Mark a value that occurs alone far more often than any other, wherever it occurs.
 
-    It need not stand out as `markers` must: also within the range of the channel it is no reading.
+    It need not stand out as `markers` must. Peaks of a periodic load repeat too, so another channel
+    must show that it is no reading.
     """
     between = (values[1:-1] - values[:-2]) * (values[2:] - values[1:-1]) < 0
     levels, counts = np.unique(values[1:-1][between], return_counts=True)
@@ -225,4 +226,6 @@ def repeated_marker(values: FloatArray) -> BoolArray:
     if rest.size < 2 or rows.size > MARKED_SHARE * values.size:
         return np.zeros(values.size, dtype=bool)
     off = np.abs(values[rows] - np.interp(rows, rest, values[rest]))
-    return same & (np.median(off) > np.median(np.abs(np.diff(values[rest]))))
+    if np.median(off) <= np.median(np.abs(np.diff(values[rest]))):
+        return np.zeros(values.size, dtype=bool)
+    return np.asarray(same)

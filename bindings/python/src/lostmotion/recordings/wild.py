@@ -225,11 +225,14 @@ def wild_rows_of(run: Run, curve: MeanCurve, in_bursts_only: bool) -> dict[str, 
     wild = {name: np.zeros(len(run), dtype=bool) for name in CHECKED}
     rest, noise = curve.rest(run), curve.noise(run)
     if not in_bursts_only:
-        for name in CHECKED:
-            if name in run.columns:
-                wild[name] |= repeated_marker(run.columns[name])
-        written = [markers(run.columns[name]) for name in CHECKED if name in run.columns]
+        there = [name for name in CHECKED if name in run.columns]
+        again = {name: repeated_marker(run.columns[name]) for name in there}
+        written = [*(markers(run.columns[name]) for name in there), *again.values()]
         name_culprits(run, curve, np.logical_or.reduce(written), wild)
+        for name, rows in again.items():
+            # The curve shows most of them; the others are by chance near the true reading.
+            if 2 * np.count_nonzero(wild[name] & rows) > np.count_nonzero(rows):
+                wild[name] |= rows
         found = np.logical_or.reduce(list(wild.values()))
         left = np.flatnonzero(~found)
         found[left] = departures(rest[left])
