@@ -2,6 +2,7 @@
 
     cd tests
     python benchmarks/bench_laboratories.py --results FILE.jsonl [--count 1] [--seeds develop]
+    python benchmarks/bench_laboratories.py --results FILE.jsonl --count 3 --skip 2   # fresh seeds
     python benchmarks/bench_laboratories.py --results FILE.jsonl --write
 
 Every cell of the table (law, protocol, no effect or an effect of one or two noises) gets `--count`
@@ -29,6 +30,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from diagnosis_tables import count, in_words, table
 from rig.bench import TooSmallError
+from rig.ideal import IdealAnalyst
 from rig.laboratory import HIDEABLE, PROTOCOLS, Laboratory
 from rig.laws import LAWS
 
@@ -42,6 +44,9 @@ SIZES = (0.0, 1.0, 2.0)
 FORM = "hysteresis form"
 """Shape in a verdict that reports another form of hysteresis than the baseline model's."""
 
+OF_LAW = {"load": {"load_dependent_friction"}}
+"""Effects that are the law of friction itself: naming them is right whatever is hidden."""
+
 INTRO = """# Independent laboratories
 
 Accuracy of `diagnose` if friction follows another law than that of the baseline model: figures of
@@ -52,6 +57,13 @@ loops (20, 8 and 60 runs; strangers: one file a run with a load history before i
 recorded), an arm under gravity with four payloads, the same with encoders of 14 bits, a turntable
 that never stops. A campaign hides one effect or none. The size of an effect is its residual after
 an ideal refit with the true law, relative to the noise of a reading.
+
+*Ideal analyst* (`tests/rig/ideal.py`): what the same recordings can show to anybody. It knows the
+law of friction, the true torque and history, the formulas of the effects, noise and scatter, but
+not the values, nor which effect is hidden. *Scatter estimated*: the same, but with the F test over
+runs of an analyst who has to estimate the scatter from them. *Not told apart*: an `ambiguous`
+answer that lists the hidden effect and others; it names none of them alone, so it counts as a wrong
+name only if the ideal analyst tells them apart.
 """
 
 
@@ -70,10 +82,12 @@ class Job:
         return self.law, self.protocol, self.noises, self.seed
 
 
-def jobs(each: int, seeds: str, laws: list[str], protocols: list[str]) -> list[Job]:
-    """All campaigns, in random order within every round."""
+def jobs(
+    each: int, seeds: str, laws: list[str], protocols: list[str], skipped: int = 0
+) -> list[Job]:
+    """All campaigns, in random order within every round, without the first rounds."""
     out = []
-    for number in range(each):
+    for number in range(skipped, each):
         seed = 2 * number + (seeds == "judge")
         dealt = [
             Job(law, protocol, noises, seed)
@@ -108,6 +122,7 @@ def run(job: Job) -> Record | None:
         campaign = read_campaign(sorted(Path(folder).glob("*.csv.gz")), ratio=drive.ratio)
         begin = time.process_time()
         answer = diagnose(drive, campaign).answer()
+        spent = time.process_time() - begin
     return {
         "law": job.law,
         "protocol": job.protocol,
@@ -123,8 +138,25 @@ def run(job: Job) -> Record | None:
         ],
         "within_arcsec": answer["noise"]["within_runs_arcsec"],
         "floor_arcsec": answer["noise_floor_arcsec"],
-        "cpu_s": time.process_time() - begin,
+        "cpu_s": spent,
+        "ideal": look_as_ideal(lab, truth),
     }
+
+
+def look_as_ideal(lab: Laboratory, truth: Record) -> Record:
+    """What the ideal analyst finds in a campaign."""
+    found = IdealAnalyst(lab, truth["effects"]).look()
+    return {
+        "first": found.first(),
+        "first_scatter_estimated": found.first(lab.plan.runs),
+        "twins": found.twins(next(iter(truth["effects"]), "")),
+    }
+
+
+def add_ideal(done: Record) -> Record:
+    """Complete a result that was written before there was an ideal analyst."""
+    lab = Laboratory(done["seed"], done["law"], done["protocol"])
+    return done | {"ideal": look_as_ideal(lab, done["truth"])}
 
 
 def load(file: Path) -> list[Record]:
@@ -155,22 +187,47 @@ def work(wanted: list[Job], results: Path, workers: int) -> Iterator[Record]:
                 yield done
 
 
+def complete(results: Path, workers: int) -> None:
+    """Let the ideal analyst look at every campaign that it has not seen."""
+    seen, left = [], []
+    for done in load(results):
+        (seen if "ideal" in done else left).append(done)
+    if left:
+        with ProcessPoolExecutor(workers) as pool:
+            seen += pool.map(add_ideal, left)
+        results.write_text("".join(json.dumps(done) + "\n" for done in seen))
+
+
 # --- judging --------------------------------------------------------------------------------------
 
 
+def strange(done: Record) -> set[str]:
+    """Effects that are named but are neither hidden nor part of the law of friction."""
+    return set(done["named"]) - set(done["truth"]["effects"]) - OF_LAW.get(done["law"], set())
+
+
+def not_told_apart(done: Record) -> bool:
+    """Whether the answer is that the hidden effect and others cannot be told apart."""
+    hidden = set(done["truth"]["effects"])
+    return done["verdict"] == "ambiguous" and hidden <= set(done["named"]) and bool(strange(done))
+
+
 def wrong(done: Record) -> bool:
-    """Whether an effect is named that was not hidden."""
-    return bool(set(done["named"]) - set(done["truth"]["effects"]))
+    """Whether an effect is named that was not hidden, and not one that nobody tells from it."""
+    others = strange(done)
+    if not_told_apart(done):
+        others -= set(done["ideal"]["twins"])
+    return bool(others)
 
 
 def clean_end(done: Record) -> bool:
     """Whether nothing is found, or only the form of the hysteresis."""
-    if done["verdict"] == "complete":
+    if done["verdict"] == "complete" or (done["verdict"] == "missing-effect" and not strange(done)):
         return True
     shapes = {what["shape"] for what in done["unexplained"]}
     return (
         done["verdict"] == "unexplained"
-        and not done["named"]
+        and not strange(done)
         and bool(shapes)
         and all(shape.startswith(FORM) for shape in shapes)
     )
@@ -178,7 +235,18 @@ def clean_end(done: Record) -> bool:
 
 def right_first(done: Record) -> bool:
     """Whether the hidden effect is named first."""
-    return bool(done["named"]) and done["named"][0] in done["truth"]["effects"]
+    named = [n for n in done["named"] if n not in OF_LAW.get(done["law"], set())]
+    return bool(named) and named[0] in done["truth"]["effects"]
+
+
+def ideal_right(done: Record, test: str = "first") -> bool:
+    """Whether the ideal analyst names the hidden effect first."""
+    return done["ideal"][test] in done["truth"]["effects"]
+
+
+def estimated_right(done: Record) -> bool:
+    """The same for the analyst who estimates the scatter."""
+    return ideal_right(done, "first_scatter_estimated")
 
 
 def told(done: Record) -> str:
@@ -206,10 +274,25 @@ def page(rows: list[Record]) -> str:
     ]
     judges = {"clean_end": clean_end, "wrong": wrong, "right_first": right_first}
     lines = [
-        (what, bar, count(sum(map(judges[str(judge)], members)), len(members)))  # type: ignore[arg-type]
+        (
+            what,
+            bar,
+            *(
+                count(sum(map(one, members)), len(members)) if one else "-"  # type: ignore[arg-type]
+                for one in (
+                    judges[str(judge)],
+                    *(
+                        (None, None)
+                        if judge in ("wrong", "clean_end")
+                        else (ideal_right, estimated_right)
+                    ),
+                )
+            ),
+        )
         for what, bar, judge, members in bars
     ]
-    parts.append("\n".join(table(("requirement", "required", "reached"), lines)))
+    head = ("requirement", "required", "reached", "ideal analyst", "scatter estimated")
+    parts.append("\n".join(table(head, lines)))
     for key, names in (("law", LAWS), ("protocol", tuple(PROTOCOLS))):
         lines = []
         for name in names:
@@ -219,20 +302,36 @@ def page(rows: list[Record]) -> str:
                 (
                     name,
                     f"{sum(map(clean_end, cells[0]))} of {len(cells[0])}",
-                    *(f"{sum(map(right_first, c))} of {len(c)}" for c in cells[1:]),
+                    *(
+                        f"{sum(map(judge, c))} of {len(c)}"
+                        for judge in (right_first, ideal_right, estimated_right)
+                        for c in cells[1:]
+                    ),
                     f"{sum(map(wrong, mine))} of {len(mine)}",
                     in_words(
-                        Counter(
-                            f"`{n}`"
-                            for d in mine
-                            for n in set(d["named"]) - set(d["truth"]["effects"])
-                        )
+                        Counter(f"`{n}`" for d in mine for n in (strange(d) if wrong(d) else ()))
                     )
                     or "-",
                 )
             )
-        head = (key, "none hidden", "first, one noise", "first, two noises", "wrong named", "which")
+        head = (
+            key,
+            "none hidden",
+            *(
+                f"{who}{size}"
+                for who in ("first, ", "ideal analyst, ", "scatter estimated, ")
+                for size in ("one noise", "two noises")
+            ),
+            "wrong named",
+            "which",
+        )
         parts.append("\n".join(["", *table(head, lines)]))
+    apart = list(filter(not_told_apart, rows))
+    known = sum(wrong(d) for d in apart)
+    parts.append(
+        f"\nNot told apart (`ambiguous`, with the hidden effect): {len(apart)} of {len(rows)}; the "
+        f"ideal analyst tells them apart in {known}."
+    )
     noise = [d["within_arcsec"] / d["truth"]["noise_arcsec_rms"] for d in rows]
     off = sum(abs(ratio - 1) > 0.15 for ratio in noise)
     parts.append(
@@ -247,6 +346,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--results", type=Path, required=True, help="JSON lines, appended to")
     parser.add_argument("--count", type=int, default=0, help="campaigns of every cell")
+    parser.add_argument("--skip", type=int, default=0, help="rounds of earlier runs")
     parser.add_argument("--seeds", choices=("develop", "judge"), default="develop")
     parser.add_argument("--law", action="append", choices=LAWS)
     parser.add_argument("--protocol", action="append", choices=tuple(PROTOCOLS))
@@ -254,7 +354,7 @@ def main() -> int:
     parser.add_argument("--write", action="store_true", help="write the page of the docs")
     arguments = parser.parse_args()
     laws, protocols = arguments.law or list(LAWS), arguments.protocol or list(PROTOCOLS)
-    wanted = jobs(arguments.count, arguments.seeds, laws, protocols)
+    wanted = jobs(arguments.count, arguments.seeds, laws, protocols, arguments.skip)
     for done in work(wanted, arguments.results, arguments.workers):
         hidden = "+".join(done["truth"]["effects"]) or "-"
         print(
@@ -265,6 +365,7 @@ def main() -> int:
             f"{done['truth']['noise_arcsec_rms']:.2f} {done['cpu_s']:.0f} s",
             flush=True,
         )
+    complete(arguments.results, arguments.workers)
     text = page(load(arguments.results))
     print("\n" + text, flush=True)
     if arguments.write:

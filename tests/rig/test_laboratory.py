@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from .bench import stream
+from .ideal import IdealAnalyst
 from .laboratory import HIDEABLE, PROTOCOLS, Laboratory
 from .laws import LAWS, LawDrive, LawMemory, LawSamples, make_law_drive, turn_law
 from .mechanics import ARCSEC, Array
@@ -110,3 +111,15 @@ def test_strangers_have_a_history_of_their_own() -> None:
     moved = [np.ptp(apart[rows]) / ARCSEC for rows in lab.plan.slices()]
     assert moved[0] == 0.0
     assert max(moved[1:]) > lab.noise_arcsec
+
+
+@pytest.mark.parametrize(("law", "effect"), [("dahl", "thermal_gap"), ("maxwell", "")])
+def test_the_ideal_analyst_finds_what_is_hidden(law: str, effect: str) -> None:
+    lab = Laboratory(2, law, "8 runs")
+    hidden = {effect: lab.magnitude_for(effect, 1.0)} if effect else {}
+    found = IdealAnalyst(lab, hidden).look()
+    assert found.first() == effect
+    # The analyst knows noise and scatter: without an effect, each gains as chance does.
+    noise = [found.p(name, 0) for name in found.nats if name != effect]
+    assert effect or min(noise) > 1e-4
+    assert effect == "" or found.nats[effect] > max(n for k, n in found.nats.items() if k != effect)
