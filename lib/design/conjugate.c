@@ -638,14 +638,13 @@ static lm_real missed_at(const draft *d, int node) {
   const lm_real found =
       cubic(width, (c->place[node] - c->place[node - 1]) / width, c->half_angle_rad[node - 1],
             c->slope_low[node - 1], c->half_angle_rad[node + 1], c->slope_high[node]);
-  return (found - c->half_angle_rad[node]) * c->top_mm / d->g->geometry->module_mm;
+  return real_fabs(found - c->half_angle_rad[node]) * c->top_mm / d->g->geometry->module_mm;
 }
 
-/* The error of a smooth flank grows with the fourth power of the width: at a node it is 16 times
- * that of an interval. A jump of the curvature within an interval has errors of opposite signs at
- * its ends, and in between up to a fourth of their difference. */
-#define WIDER_ERROR LM_REAL(16)
-#define JUMP_ERROR LM_REAL(4)
+/* Of a smooth flank, that error is 16 times the one of an interval: it grows with the fourth power
+ * of the width. If the curvature jumps within an interval, the error there is up to 0.55 times the
+ * greater one at its ends. */
+#define WIDER_ERROR LM_REAL(4)
 #if LM_REAL_BITS == 32
 #define MISSED_MODULES LM_REAL(2e-6) /* ten times the resolution of the angles */
 #else
@@ -653,23 +652,18 @@ static lm_real missed_at(const draft *d, int node) {
 #endif
 
 static int is_doubtful(const draft *d, int interval) {
+  const lm_real allowed = WIDER_ERROR * MISSED_MODULES;
   const int before = is_smooth_across(d, interval);
   const int after = is_smooth_across(d, interval + 1);
-  lm_real low;
-  lm_real high;
   if (!before || !after) { /* beside a corner: nothing on its other side to compare with */
     return is_smooth(d, interval);
   }
-  low = missed_at(d, interval);
-  high = missed_at(d, interval + 1);
-  return real_fabs(low) > WIDER_ERROR * MISSED_MODULES ||
-         real_fabs(high) > WIDER_ERROR * MISSED_MODULES ||
-         real_fabs(high - low) > JUMP_ERROR * MISSED_MODULES;
+  return missed_at(d, interval) > allowed || missed_at(d, interval + 1) > allowed;
 }
 
-/* Halves an interval until the cubic meets the middle, three times at most. The reason may be a zone that
+/* Halves an interval until the cubic meets the middle, twice at most. The reason may be a zone that
  * is the greatest nowhere else, so all are searched. */
-#define HALVINGS 3
+#define HALVINGS 2
 
 static void add_halves(draft *d, const maker *b, lm_real b_place, const maker *beyond, int rest,
                        int halvings) {

@@ -229,6 +229,7 @@ def test_s_teeth_agree_with_swept_and_turned_polygons(seed: int) -> None:
         ("double_arc", 17),
         ("double_arc", 28),
         ("double_arc", 37),
+        ("double_arc", 93),
         ("s_tooth", 23),
         ("s_tooth", 148),
         ("s_tooth", 165),
