@@ -661,9 +661,10 @@ static int is_doubtful(const draft *d, int interval) {
   return missed_at(d, interval) > allowed || missed_at(d, interval + 1) > allowed;
 }
 
-/* Halves an interval until the cubic meets the middle, twice at most. The reason may be a zone that
+/* Halves an interval until the cubic meets the middle, at most three times: the last time where it
+ * misses by more than a node may. The reason may be a zone that
  * is the greatest nowhere else, so all are searched. */
-#define HALVINGS 2
+#define HALVINGS 3
 
 static void add_halves(draft *d, const maker *b, lm_real b_place, const maker *beyond, int rest,
                        int halvings) {
@@ -682,7 +683,9 @@ static void add_halves(draft *d, const maker *b, lm_real b_place, const maker *b
   missed = cubic(width, LM_REAL(0.5), a.theta, by_place(c, &a, a_place), b->theta,
                  by_place(c, b, b_place)) -
            middle.theta;
-  if (halvings > 1 && real_fabs(missed) * c->top_mm > MISSED_MODULES * d->g->geometry->module_mm) {
+  if (halvings > 1 &&
+      real_fabs(missed) * c->top_mm > (halvings == HALVINGS ? LM_REAL(1) : WIDER_ERROR) *
+                                          MISSED_MODULES * d->g->geometry->module_mm) {
     add_halves(d, &middle, place, &middle, rest + 1, halvings - 1);
     add_halves(d, b, b_place, beyond, rest, halvings - 1);
   } else {

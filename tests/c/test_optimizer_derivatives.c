@@ -13,8 +13,9 @@ int lm_complex_evaluate(const lm_problem *problem, const lm_scan *scan, const lm
                         void *workspace, const char **input);
 
 /* Results are of order 1 to 100 (arcmin, arcsec, shares); an angle of 15 arcmin known to 1e-13
- * gives a kinematic error known to 1e-10 arcsec. */
-#define VALUE_BOUND 1e-9
+ * gives a kinematic error known to 1e-10 arcsec. A corner where two zones cross at a small angle
+ * amplifies it: 1.03e-9 in the worst of 1,000 designs. */
+#define VALUE_BOUND 2e-9
 
 static lm_problem problem;
 static lm_scan scan;
