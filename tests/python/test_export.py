@@ -136,7 +136,13 @@ def compile_header(folder: Path, header: str, flags: list[str]) -> subprocess.Co
     (folder / "check.c").write_text(CHECK)
     sources = [LIB / "status.c", *(LIB / "runtime").rglob("*.c"), folder / "check.c"]
     command = ["cc", "-std=c99", "-DLM_REAL_BITS=32", *WARNINGS, *flags]
-    command += [f"-I{LIB / 'include'}", f"-I{LIB}", f"-I{folder}", "-o", str(folder / "check")]
+    command += [
+        f"-I{LIB / 'include'}",
+        f"-I{LIB}",
+        f"-I{folder}",
+        "-o",
+        str(folder / "check"),
+    ]
     return subprocess.run(
         [*command, *map(str, sources)], capture_output=True, text=True, check=False
     )
@@ -363,6 +369,30 @@ def test_limits_follow_the_resonance_and_the_noise_not_the_tick() -> None:
     assert limits("period_us=100", "torque_noise_Nm=0.01") == fast
 
 
+def test_a_vibration_of_the_torque_narrows_the_operators() -> None:
+    drive = read_drive(DATA / "drives" / "size_25.toml")
+    still = make_controller(drive)
+    shaken = make_controller(drive, read_settings(["vibration_Nm=0.5"]))
+    assert [play.radius_Nm for play in shaken.plays] == pytest.approx(
+        [max(play.radius_Nm - 0.5, 0) for play in still.plays]
+    )
+    assert any("0.5 N m" in note for note in shaken.notes)
+    # A torque with a decaying oscillation of that amplitude ends the wider operators where the
+    # torque without it ends the narrower ones.
+
+    def settled(controller: Controller, torque: np.ndarray) -> float:
+        return float(evaluate(build(controller, core(32)), torque.tolist())[-1])
+
+    ramp = np.linspace(0, -20, 400)
+    time = np.arange(4000)
+    rest = np.full(time.size, -20.0)
+    swing = 0.5 * np.exp(-time / 800.0) * np.sin(0.05 * time + np.pi / 2)
+    wide = settled(still, np.concatenate((ramp, rest + swing)))
+    narrow = settled(shaken, np.concatenate((ramp, rest)))
+    kept = settled(still, np.concatenate((ramp, rest)))
+    assert abs(wide - narrow) < 0.2 * abs(wide - kept)
+
+
 def test_fit_hands_on_its_noise_and_its_ranges(write: Write, bought: dict[str, Any]) -> None:
     bought["fit"] = {
         "noise_floor_arcsec": 2.28,
@@ -377,7 +407,11 @@ def test_fit_hands_on_its_noise_and_its_ranges(write: Write, bought: dict[str, A
     assert made.valid.torque_Nm == 60
     assert list(made.valid.temperature_C) == [10, 50]
     assert list(made.valid.cycles) == [0, 0]
-    for wrong in ({"torque_Nm": [1.0, -1.0]}, {"torque_Nm": [1.0]}, {"speed": [0.0, 1.0]}):
+    for wrong in (
+        {"torque_Nm": [1.0, -1.0]},
+        {"torque_Nm": [1.0]},
+        {"speed": [0.0, 1.0]},
+    ):
         bought["fit"]["ranges"] = wrong
         with pytest.raises(InputError, match=r"fit\.ranges"):
             read_drive(write(bought))
@@ -440,7 +474,11 @@ def test_loop_wider_than_the_drive_is_refused(write: Write, bought: dict[str, An
 
 @pytest.mark.parametrize(("size", "ratio", "guaranteed_arcmin"), [("14", 30, 3), ("17", 50, 2)])
 def test_guarantee_wider_than_the_stiffnesses_bear_is_no_obstacle(
-    write: Write, bought: dict[str, Any], size: str, ratio: int, guaranteed_arcmin: float
+    write: Write,
+    bought: dict[str, Any],
+    size: str,
+    ratio: int,
+    guaranteed_arcmin: float,
 ) -> None:
     def rows(name: str) -> list[dict[str, str]]:
         with (DATA / "catalogue" / name).open(newline="") as stream:

@@ -150,7 +150,8 @@ SETTINGS = (
     repeated(
         "--set",
         metavar="KEY_UNIT=NUMBER",
-        help="period, torque_limit, torque_noise, a limit of the correction or of the watch",
+        help="period, torque_limit, torque_noise, vibration, a limit of the correction or of the "
+        "watch",
     ),
     argument(
         "--resonance-Hz",

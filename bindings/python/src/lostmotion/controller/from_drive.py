@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -149,6 +149,7 @@ SETTINGS = (
     Key("ringing", "Hz", low=0),
     Key("resonance", "Hz", above=0),
     Key("torque_noise", "Nm", low=0),
+    Key("vibration", "Nm", low=0),
     Key("dead_band", "rad", above=0),
 )
 """What ``--set`` may state."""
@@ -316,6 +317,13 @@ def make_controller(
     torque, angle = _torsion_curve(drive, limit, most, notes)
     least = float(np.min(np.diff(angle) / np.diff(torque)))
     outside, inside = _friction(drive, least, notes)
+    vibration = given.get("vibration", 0.0)
+    if vibration > 0:
+        outside, inside = _shaken(outside, vibration), _shaken(inside, vibration)
+        notes.append(
+            f"Friction as under a vibration of +-{vibration:.3g} N m that the torque input does "
+            "not contain."
+        )
     effects = _effects(drive, own or {})
     used = {name: own[name] for name, _ in effects if own and name in own}
     _fits(drive.file, "plays", len(outside) + len(inside), PLAYS_MAX[profile], profile)
@@ -463,6 +471,15 @@ def _flank_half_width(drive: Drive) -> float:
     return float(found.friction_half_width_rad[0]) / drive.rated_torque_Nm
 
 
+def _shaken(plays: Sequence[Play], vibration_Nm: float) -> list[Play]:
+    """Operators as they respond to a torque without a vibration that the actual torque has.
+
+    Under a torque T plus an oscillation of amplitude A that decays, the state of an operator of
+    radius r ends within r - A of T: the operator of radius r - A has the same response to T.
+    """
+    return [replace(play, radius_Nm=max(play.radius_Nm - vibration_Nm, 0.0)) for play in plays]
+
+
 def _effects(drive: Drive, own: Mapping[str, Effect]) -> list[tuple[str, list[float]]]:
     """Effects of the drive file with their values in the library's order and units."""
     c = core(64)
@@ -491,10 +508,11 @@ def _gap_controller(drive: Drive, given: dict[str, float]) -> Controller:
         width = drive.catalogue.reversal_lost_motion(at)
     else:
         width = design_model(drive).reversal_lost_motion(at)
-    if "torque_limit" in given:
-        raise InputError(
-            "--set", "torque_limit_Nm", "this setting", "none: the gap profile has no torque"
-        )
+    for key in ("torque_limit", "vibration"):
+        if key in given:
+            raise InputError(
+                "--set", f"{key}_Nm", "this setting", "none: the gap profile has no torque"
+            )
     if width <= 0:
         raise InputError(
             drive.file, "lost motion", "none", "a lost motion for the gap profile to compensate"
