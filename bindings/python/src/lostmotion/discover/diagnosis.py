@@ -20,7 +20,7 @@ from lostmotion.discover.answer import (
     weak_leftovers,
 )
 from lostmotion.discover.baseline_fit import finish_baseline, form_beside_effects
-from lostmotion.discover.conclusion import conclude_rounds
+from lostmotion.discover.conclusion import Conclusion, conclude_rounds
 from lostmotion.discover.contest_round import swing_by_run
 from lostmotion.discover.detectable import detectable
 from lostmotion.discover.events import (
@@ -291,18 +291,7 @@ def conclude(
     found = conclude_rounds(
         steps, len(selection.settled) - 1, c.runs, present, names, nameless, within
     )
-    # With an effect found, or one that differs between runs, outlier runs may be due to the inexact
-    # form of that effect.
-    if found.verdict == "complete" and not any(t.effect.needs & RUN_NEEDS for t in base.terms):
-        outliers = find_outlier_runs(final.contest, swing_by_run(base, base.at()))
-        if outliers is not None:
-            least = least_size(within, selection.given_arcsec)
-            found.add_outlier_runs(outliers, size_of_outlier_runs(base, outliers), least, c.labels)
-    kept = {step.selected.name: step.selected.size for step in steps[:-1] if step.selected}
-    largest = max([selection.given_arcsec, *kept.values()])
-    error = form_error_told(final, within, kept, largest)
-    if base.form_error and error:
-        found.add_form_error(error, base.form_error.p)
+    add_unnamed(found, selection, within)
     models = list(stepwise.models)
     floor, within_told = stepwise.floor_arcsec, stepwise.within_arcsec
     if shapes_of(base):
@@ -353,6 +342,26 @@ def conclude(
         selection,
         models,
     )
+
+
+def add_unnamed(found: Conclusion, selection: Selection, within: float) -> None:
+    """Add outlier runs and the form error to a conclusion, if they are large enough.
+
+    With an effect found, or one that differs between runs, outlier runs may be due to the inexact
+    form of that effect.
+    """
+    final, base = selection.settled[-1], selection.settled[-1].base
+    if found.verdict == "complete" and not any(t.effect.needs & RUN_NEEDS for t in base.terms):
+        outliers = find_outlier_runs(final.contest, swing_by_run(base, base.at()))
+        if outliers is not None:
+            least, labels = least_size(within, selection.given_arcsec), base.conditions.labels
+            found.add_outlier_runs(outliers, size_of_outlier_runs(base, outliers), least, labels)
+    chosen = [step.selected for step in selection.steps[:-1] if step.selected]
+    kept = {contender.name: contender.size for contender in chosen}
+    largest = max([selection.given_arcsec, *kept.values()])
+    error = form_error_told(final, within, kept, largest)
+    if base.form_error and error:
+        found.add_form_error(error, base.form_error.p)
 
 
 def estimated_at_bound(base: BaselineModel) -> dict[str, list[str]]:

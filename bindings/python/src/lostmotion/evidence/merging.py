@@ -28,25 +28,7 @@ def merge_bodies(bodies: Sequence[Body], files: Sequence[str | Path]) -> Body:
     InputError
         If a part is of a different drive or grid, or has recordings of another part.
     """
-    first = bodies[0]
-    for body, file in zip(bodies[1:], files[1:], strict=True):
-        for key in ("rated_torque_Nm", "ratio", "knots_Nm", "radius_Nm"):
-            one, two = np.array(body.about[key]), np.array(first.about[key])
-            if one.shape != two.shape or not np.allclose(one, two, rtol=1e-9):
-                raise InputError(
-                    file, key, f"{np.ravel(one)[0]:.6g}", f"{np.ravel(two)[0]:.6g} as in {files[0]}"
-                )
-        if body.about["effects"] != first.about["effects"]:
-            found, wanted = (", ".join(b.about["effects"]) or "no effect" for b in (body, first))
-            raise InputError(file, "effects", found, f"{wanted} as in {files[0]}")
-        if body.point.size != first.point.size:
-            found, wanted = (f"{b.point.size} values of the baseline model" for b in (body, first))
-            raise InputError(file, "point", found, f"{wanted}, as in {files[0]}")
-        if body.white.fixed.size != first.white.fixed.size:
-            more = body.white.fixed.size > first.white.fixed.size
-            one_side = ("in parallel with the spring alone", "outside it as well")
-            found, wanted = one_side[more], one_side[not more]
-            raise InputError(file, "friction", found, f"{wanted}, as in {files[0]}")
+    refuse_different(bodies, files)
     seen = refuse_twice(bodies, files)
     labels = [
         {run: run if len(bodies) == 1 else f"{i + 1}:{run}" for run in body.about["runs"]}
@@ -104,6 +86,29 @@ def merge_bodies(bodies: Sequence[Body], files: Sequence[str | Path]) -> Body:
             "alone": alone,
         },
     )
+
+
+def refuse_different(bodies: Sequence[Body], files: Sequence[str | Path]) -> None:
+    """Refuse a part of a different drive, grid or model than the first."""
+    first = bodies[0]
+    for body, file in zip(bodies[1:], files[1:], strict=True):
+        for key in ("rated_torque_Nm", "ratio", "knots_Nm", "radius_Nm"):
+            one, two = np.array(body.about[key]), np.array(first.about[key])
+            if one.shape != two.shape or not np.allclose(one, two, rtol=1e-9):
+                raise InputError(
+                    file, key, f"{np.ravel(one)[0]:.6g}", f"{np.ravel(two)[0]:.6g} as in {files[0]}"
+                )
+        if body.about["effects"] != first.about["effects"]:
+            found, wanted = (", ".join(b.about["effects"]) or "no effect" for b in (body, first))
+            raise InputError(file, "effects", found, f"{wanted} as in {files[0]}")
+        if body.point.size != first.point.size:
+            found, wanted = (f"{b.point.size} values of the baseline model" for b in (body, first))
+            raise InputError(file, "point", found, f"{wanted}, as in {files[0]}")
+        if body.white.fixed.size != first.white.fixed.size:
+            more = body.white.fixed.size > first.white.fixed.size
+            one_side = ("in parallel with the spring alone", "outside it as well")
+            found, wanted = one_side[more], one_side[not more]
+            raise InputError(file, "friction", found, f"{wanted}, as in {files[0]}")
 
 
 def refuse_twice(bodies: Sequence[Body], files: Sequence[str | Path]) -> set[str]:

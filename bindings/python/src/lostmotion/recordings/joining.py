@@ -91,10 +91,48 @@ def join_channels(
         )
     lead = [group for group in groups if any(channels[i].column in leading for i in group)]
     base = min(lead or groups, key=lambda group: stamps[group[0]].size)
+    within = common_time(file, channels, stamps, groups, stamps[base[0]])
+    note_delays(file, channels, stamps, base, findings)
+    outside = int(np.count_nonzero(~within))
+    if outside:
+        action = "rows before or after the other topics, left out"
+        findings.append(
+            Finding("outside", str(file), channels[base[0]].topic, None, outside, action)
+        )
+    kept = stamps[base[0]][within]
+    table: dict[str, FloatArray] = {"time_s": (kept - kept[0]) / NS}
+    rows = f"the rows of {channels[base[0]].topic} at {rate(stamps[base[0]])}"
+    for i in (i for group in groups for i in group):
+        channel = channels[i]
+        if i in base:
+            table[channel.column] = channel.values[within]
+            continue
+        values, gap_s, paused = read_at(kept, stamps[i], channel.values, how)
+        table[channel.column] = values
+        action = f"{how} from {rate(stamps[i])} to {rows}; largest gap {gap_s * 1e3:.4g} ms"
+        if paused:
+            action += f"; no value in {paused} rows where it pauses"
+        findings.append(Finding("joined", str(file), channel.column, None, int(kept.size), action))
+    return table
+
+
+def common_time(
+    file: Path,
+    channels: Sequence[Channel],
+    stamps: Sequence[NanosecondArray],
+    groups: Sequence[Sequence[int]],
+    time_ns: NanosecondArray,
+) -> npt.NDArray[np.bool_]:
+    """Rows at which every column has values.
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
     first = max(stamp[0] for stamp in stamps)
     last = min(stamp[-1] for stamp in stamps)
-    time_ns = stamps[base[0]]
-    within = (time_ns >= first) & (time_ns <= last)
+    within = np.asarray((time_ns >= first) & (time_ns <= last))
     if not within.any():
         spans = ", ".join(
             f"{channels[at].topic} {stamps[at][0] * NANO:.3f} to {stamps[at][-1] * NANO:.3f} s"
@@ -102,33 +140,7 @@ def join_channels(
         )
         expected = "topics that overlap in time; --map receive_time=time_s if their clocks differ"
         raise InputError(file, "", f"no common time: {spans}", expected)
-    note_delays(file, channels, stamps, base, findings)
-    kept = time_ns[within]
-    outside = int(np.count_nonzero(~within))
-    if outside:
-        action = "rows before or after the other topics, left out"
-        findings.append(
-            Finding("outside", str(file), channels[base[0]].topic, None, outside, action)
-        )
-    table: dict[str, FloatArray] = {"time_s": (kept - kept[0]) / NS}
-    for group in groups:
-        for i in group:
-            channel = channels[i]
-            if group is base:
-                table[channel.column] = channel.values[within]
-                continue
-            values, gap_s, paused = read_at(kept, stamps[i], channel.values, how)
-            table[channel.column] = values
-            action = (
-                f"{how} from {rate(stamps[i])} to the rows of {channels[base[0]].topic} at "
-                f"{rate(time_ns)}; largest gap {gap_s * 1e3:.4g} ms"
-            )
-            if paused:
-                action += f"; no value in {paused} rows where it pauses"
-            findings.append(
-                Finding("joined", str(file), channel.column, None, int(kept.size), action)
-            )
-    return table
+    return within
 
 
 def choose_clock(
