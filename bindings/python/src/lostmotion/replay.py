@@ -28,7 +28,7 @@ from lostmotion.errors import InputError, LibraryError
 from lostmotion.export import Profile, build, known_effects, make_controller
 from lostmotion.files import csv_text, read_bytes
 from lostmotion.on_progress import OnProgress
-from lostmotion.recordings import Campaign, Run
+from lostmotion.recordings import QUANTITIES, Campaign, Run
 from lostmotion.recordings.findings import RUNS_LISTED
 from lostmotion.rms import rms_of
 from lostmotion.units import ARCSEC
@@ -53,14 +53,11 @@ OUTPUTS = ("correction_rad", "velocity_rad_s", "acceleration_rad_s2", "lost_moti
 """Fields of `lm_correction` that are numbers."""
 
 COLUMNS = {
-    "torque": "torque_Nm",
-    "output_angle": "output_angle_rad",
-    "temperature": "temperature_C",
-    "cycles": "cycles",
-    "tilt_moment": "tilt_moment_Nm",
-    "axial_force": "axial_force_N",
+    quantity.name: quantity.column
+    for quantity in QUANTITIES.values()
+    if quantity.column in NEEDS and quantity.name != "input_angle"
 }
-"""Quantities of a recording that are used unchanged as conditions."""
+"""Quantities of a recording that are used unchanged as conditions; the input angle is wrapped."""
 
 GAP_STEPS = 1.5
 """A time step of at least this multiple of the usual one has missing ticks."""

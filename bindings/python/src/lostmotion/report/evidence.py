@@ -16,6 +16,7 @@ from lostmotion.discover.recorded_model import Selection
 from lostmotion.evidence.overlap import principal_angles
 from lostmotion.report.charts import Chart
 from lostmotion.report.figure_data import FigureData
+from lostmotion.report.maps import bins_of
 from lostmotion.report.svg import Array, signs
 from lostmotion.report.wording import with_signs, words
 from lostmotion.results import figures
@@ -167,7 +168,7 @@ def shape_figure(step: Step) -> Chart | None:
     if edges.size < 3:
         return None
     bins = edges.size - 1
-    place = np.clip(np.searchsorted(edges, values, "right") - 1, 0, bins - 1)
+    place = bins_of(values, edges)
     count = np.bincount(place, minlength=bins)
     full = np.maximum(count, 1)
     left = base.residual()

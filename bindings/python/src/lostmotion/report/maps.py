@@ -9,12 +9,14 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion.branches import directions
+from lostmotion.core import NEEDS
 from lostmotion.effects.conditions import Conditions
 from lostmotion.report.charts import Chart
 from lostmotion.report.figure_data import FigureData
-from lostmotion.report.wording import written
+from lostmotion.report.wording import unit_text, words, written
 from lostmotion.results import figures
 from lostmotion.results.colours import INK, SOFT, TEAL
+from lostmotion.units import split_unit
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
@@ -28,24 +30,33 @@ EMPTY = "#f4f5f6"
 SAMPLES_LEAST = 3
 """Least number of samples of a cell; with fewer it stays empty."""
 
-TURNS = {"input_angle_rad": "input_angle_deg", "output_angle_rad": "output_angle_deg"}
-"""Quantities with a period of one turn, and their names within it."""
-
 NAMES = {
-    "torque_Nm": ("torque", "N·m"),
-    "input_angle_deg": ("input angle", "° of a turn"),
-    "output_angle_deg": ("output angle", "° of a turn"),
-    "temperature_C": ("temperature", "°C"),
-    "cycles": ("cycles", ""),
-    "tilt_moment_Nm": ("tilt moment", "N·m"),
-    "axial_force_N": ("axial force", "N"),
-    "input_velocity_rad_s": ("input velocity", "rad/s"),
-    "output_acceleration_rad_s2": ("output acceleration", "rad/s²"),
+    "input_angle_deg": ("wave generator angle", "°"),
+    "output_angle_deg": ("output angle", "°"),
     "time_in_run_s": ("time in the run", "s"),
     "order": ("order of the runs", ""),
     "direction": ("direction of the torque", "−1 falling, 1 rising"),
 }
-"""Displayed names of the quantities, and their units."""
+"""Displayed names and units of quantities that do not follow from the name of the column."""
+
+
+def name_of(quantity: str) -> tuple[str, str]:
+    """Displayed name of a quantity, and its unit."""
+    stem, unit = split_unit(quantity)
+    return NAMES.get(quantity) or (words(stem), "" if unit is None else unit_text(unit.symbol))
+
+
+def recorded_quantities(c: Conditions) -> dict[str, FloatArray]:
+    """Quantities on which a residual may depend besides the torque; angles within one turn."""
+    found = {}
+    for name in (name for name in NEEDS if name in c.columns):
+        if name.endswith("_angle_rad"):
+            turned = np.asarray(np.degrees(np.mod(c.columns[name], 2 * np.pi)))
+            found[name.replace("_rad", "_deg")] = turned
+        elif name not in ("torque_Nm", "elapsed_s"):
+            found[name] = c.columns[name]
+    found["time_in_run_s"] = np.asarray(c.time_s - c.time_s[c.starts[:-1]][c.run_of])
+    return found
 
 
 @dataclass
@@ -57,7 +68,7 @@ class Residuals:
     values : ndarray
         Arc seconds.
     covariates : dict
-        Arrays by the names of `NAMES`, in the displayed unit, without constant ones.
+        Arrays by name, in the unit of `name_of`, without constant ones.
     """
 
     values: FloatArray
@@ -75,14 +86,10 @@ def collect_residuals(
 ) -> Residuals:
     """Collect the residual of a campaign with all recorded and derived quantities."""
     c = conditions
-    found = {name: c.columns[name] for name in NAMES if name in c.columns and name != "torque_Nm"}
-    for name, within in TURNS.items():
-        if name in c.columns:
-            found[within] = np.asarray(np.degrees(np.mod(c.columns[name], 2 * np.pi)))
+    found = recorded_quantities(c)
     largest = float(np.max(np.abs(c.torque)))
     turns = [directions(c.torque[at], largest)[0] for at in c.slices()]
     found["direction"] = np.asarray(2.0 * np.concatenate(turns) - 1.0)
-    found["time_in_run_s"] = np.asarray(c.time_s - c.time_s[c.starts[:-1]][c.run_of])
     found["order"] = c.run_of.astype(np.float64) + 1.0
     return Residuals(
         residual_arcsec,
@@ -115,6 +122,11 @@ class Map:
     cell: IntArray
 
 
+def bins_of(values: FloatArray, edges: FloatArray) -> IntArray:
+    """Bin of every value."""
+    return np.clip(np.searchsorted(edges, values, "right") - 1, 0, edges.size - 2).astype(np.intp)
+
+
 def bin_residuals(data: Residuals, covariate: str) -> Map:
     """Sort a residual into cells."""
     values = data.covariates[covariate]
@@ -127,9 +139,7 @@ def bin_residuals(data: Residuals, covariate: str) -> Map:
     else:
         edges = np.linspace(float(levels[0]), float(levels[-1]), UP + 1)
     up = edges.size - 1
-    i = np.clip(np.searchsorted(across, data.torque_Nm, "right") - 1, 0, ACROSS - 1)
-    j = np.clip(np.searchsorted(edges, values, "right") - 1, 0, up - 1)
-    cell = (j * ACROSS + i).astype(np.intp)
+    cell = bins_of(values, edges) * ACROSS + bins_of(data.torque_Nm, across)
     count = np.bincount(cell, minlength=up * ACROSS).astype(np.intp)
     sums = np.bincount(cell, data.values, up * ACROSS)
     mean = np.where(count >= SAMPLES_LEAST, sums / np.maximum(count, 1), np.nan)
@@ -151,7 +161,7 @@ def runs_in_cell(data: Residuals, of: Map, cell: int) -> list[tuple[int | str, i
 def cell_text(of: Map, cell: int) -> str:
     """Describe the position and content of a cell."""
     j, i = divmod(cell, ACROSS)
-    name, unit = NAMES[of.covariate]
+    name, unit = name_of(of.covariate)
     t, v = of.torque_edges, of.edges
     mean = of.mean[j, i]
     text = f"torque {t[i]:.3g} to {t[i + 1]:.3g} N·m, "
@@ -167,7 +177,7 @@ def scale_of(of: Map) -> float:
 def map_figure(data: Residuals, covariate: str) -> Chart:
     """Make the profile of the residual along a covariate, with the numbers of the map."""
     of = bin_residuals(data, covariate)
-    name, _ = NAMES[covariate]
+    name, _ = name_of(covariate)
     j, i = np.divmod(np.arange(of.mean.size), ACROSS)
     return Chart(
         f"residual_by_{covariate}",
@@ -192,7 +202,7 @@ def map_figure(data: Residuals, covariate: str) -> Chart:
 
 def draw_map(of: Map, picked: int | None = None, most: float | None = None) -> Any:
     """Draw the map; every cell has its number as `customdata` and shows its text on hovering."""
-    name, unit = NAMES[of.covariate]
+    name, unit = name_of(of.covariate)
     up = of.edges.size - 1
     # Rows of equal height, because the levels of a covariate may be far apart.
     figure = figures.framed("", "torque on the output, N·m", f"{name}, {unit}".rstrip(", "), 340)
@@ -234,7 +244,7 @@ def profile(data: Residuals, covariate: str, *, rising: bool) -> tuple[FloatArra
     else:
         edges = np.unique(np.quantile(values, np.linspace(0, 1, 2 * ACROSS + 1)))
         bins = edges.size - 1
-        cell = np.clip(np.searchsorted(edges, values, "right") - 1, 0, bins - 1)
+        cell = bins_of(values, edges)
     count = np.bincount(cell[side], minlength=bins)
     kept = count >= SAMPLES_LEAST
     middles = np.bincount(cell[side], values[side], bins)[kept] / count[kept]
@@ -243,7 +253,7 @@ def profile(data: Residuals, covariate: str, *, rising: bool) -> tuple[FloatArra
 
 def draw_profile(data: Residuals, covariate: str) -> Any:
     """Draw the mean residual along a covariate, separately for positive and negative torque."""
-    name, unit = NAMES[covariate]
+    name, unit = name_of(covariate)
     axis = f"{name}, {unit}".rstrip(", ")
     figure = figures.framed("", axis, "residual, arcsec", 250)
     figures.noise_band(figure, data.floor_arcsec)

@@ -14,6 +14,7 @@ from lostmotion.compare.loops import branch_blocks
 from lostmotion.effects.conditions import Conditions
 from lostmotion.report.charts import Chart
 from lostmotion.report.figure_data import FigureData
+from lostmotion.report.maps import bins_of, name_of, recorded_quantities
 from lostmotion.report.svg import Array
 from lostmotion.report.wording import NOISE_FLOOR, angle_text
 from lostmotion.results import figures
@@ -77,25 +78,12 @@ class Grid:
 
 
 def varying_quantities(c: Conditions) -> list[tuple[str, str, Array]]:
-    """Quantities that vary in a campaign, with their unit; angles within one turn, in degrees."""
-    found: list[tuple[str, str, Array]] = []
-    for name, unit, column in (
-        ("temperature", "°C", "temperature_C"),
-        ("wave generator angle", "°", "input_angle_rad"),
-        ("output angle", "°", "output_angle_rad"),
-        ("cycles", "", "cycles"),
-        ("tilt moment", "N·m", "tilt_moment_Nm"),
-        ("axial force", "N", "axial_force_N"),
-        ("speed of the input", "rad/s", "input_velocity_rad_s"),
-    ):
-        values = c.columns.get(column)
-        if values is None or np.ptp(values) <= 1e-9 * max(1.0, float(np.max(np.abs(values)))):
-            continue
-        if unit == "°":
-            values = np.degrees(np.mod(values, 2 * np.pi))
-        found.append((name, unit, values))
-    found.append(("time in the run", "s", c.time_s - c.time_s[c.starts[:-1]][c.run_of]))
-    return found
+    """Quantities that vary in a campaign, with name and unit."""
+    return [
+        (*name_of(quantity), values)
+        for quantity, values in recorded_quantities(c).items()
+        if np.ptp(values) > 1e-9 * max(1.0, float(np.max(np.abs(values))))
+    ]
 
 
 def make_grids(c: Conditions) -> list[Grid]:
@@ -120,11 +108,6 @@ def edges_of(values: Array) -> Array:
         middle = (levels[1:] + levels[:-1]) / 2
         return np.concatenate(([levels[0]], middle, [levels[-1]]))
     return np.linspace(float(levels[0]), float(levels[-1]), UP + 1)
-
-
-def bins_of(values: Array, edges: Array) -> IntArray:
-    """Bin of every value."""
-    return np.clip(np.searchsorted(edges, values, "right") - 1, 0, edges.size - 2).astype(np.intp)
 
 
 def grids_figure(

@@ -10,13 +10,13 @@ from nicegui import ui
 from lostmotion.report.charts import page_figure
 from lostmotion.report.maps import (
     ACROSS,
-    NAMES,
     Map,
     Residuals,
     bin_residuals,
     cell_text,
     draw_map,
     map_figure,
+    name_of,
     runs_in_cell,
     scale_of,
 )
@@ -110,7 +110,7 @@ class WherePanel(Panel):
         added = ", ".join(words(name) for name in self.bench.chosen) or "nothing added"
         what = "the fit of compare" if model is None else f"the model with {added}"
         with ui.element("div").classes("line"):
-            names = {name: NAMES[name][0] for name in data.covariates}
+            names = {name: name_of(name)[0] for name in data.covariates}
             made = choice(
                 names, self.covariate, "residual against", self.choose, "min-width: 190px"
             )
@@ -134,7 +134,7 @@ class WherePanel(Panel):
             js_handler="(e) => { if (e.key.startsWith('Arrow'))"
             " { e.preventDefault(); emit(e.key); } }",
         )
-        name = NAMES[self.covariate][0]
+        name = name_of(self.covariate)[0]
         maps = [(f"Mean residual over torque and {name}", of)]
         if self.bench.chosen and model is not None:
             maps = [("before: without effects", before), (f"after: with {added}", of)]
@@ -199,5 +199,5 @@ class WherePanel(Panel):
         self.html(
             f'<div id="cell"><p><b>{escape(cell_text(of, self.picked))}</b></p>'
             f'<p class="small">Mean by run (samples): {shown or "no samples"}{more}.<br>'
-            f"Effects of {escape(NAMES[self.covariate][0])}: {escape(effects)}.</p></div>"
+            f"Effects of {escape(name_of(self.covariate)[0])}: {escape(effects)}.</p></div>"
         )
