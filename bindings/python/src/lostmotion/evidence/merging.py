@@ -28,7 +28,7 @@ def merge_bodies(bodies: Sequence[Body], files: Sequence[str | Path]) -> Body:
     InputError
         If a part is of a different drive or grid, or has recordings of another part.
     """
-    refuse_different(bodies, files)
+    refuse_other_grid(bodies, files)
     seen = refuse_twice(bodies, files)
     labels = [
         {run: run if len(bodies) == 1 else f"{i + 1}:{run}" for run in body.about["runs"]}
@@ -88,7 +88,7 @@ def merge_bodies(bodies: Sequence[Body], files: Sequence[str | Path]) -> Body:
     )
 
 
-def refuse_different(bodies: Sequence[Body], files: Sequence[str | Path]) -> None:
+def refuse_other_grid(bodies: Sequence[Body], files: Sequence[str | Path]) -> None:
     """Refuse a part of a different drive, grid or model than the first."""
     first = bodies[0]
     for body, file in zip(bodies[1:], files[1:], strict=True):
