@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .clean import Sheet
+from .clean import RATIO, Sheet
 from .dress import REFUSED, dress, save
 
 ODD = "14"
@@ -25,6 +25,10 @@ def _other(sheet: Sheet, name: str, scale: float, offset: float = 0.0) -> Sheet:
     odd = np.array(sheet.cells("run")) == ODD
     values[odd] = scale * values[odd] + offset
     return sheet.put(name, [f"{value:.11g}" for value in values])
+
+
+def _magnitudes(cells: tuple[str, ...]) -> list[str]:
+    return [cell.removeprefix("-") for cell in cells]
 
 
 @dress(
@@ -55,6 +59,32 @@ def _(folder: Path, sheet: Sheet) -> Path:
 )
 def _(folder: Path, sheet: Sheet) -> Path:
     return save(folder, _other(sheet, "torque_Nm", 1000.0).text())
+
+
+@dress(
+    "torque as a magnitude",
+    expected=REFUSED,
+    reason="the direction of the load is not in the file",
+    says=("torque_Nm", "without sign"),
+)
+def _(folder: Path, sheet: Sheet) -> Path:
+    return save(folder, sheet.put("torque_Nm", _magnitudes(sheet.cells("torque_Nm"))).text())
+
+
+@dress(
+    "lost motion as a magnitude",
+    expected=REFUSED,
+    reason="the direction of the lost motion is not in the file",
+    says=("lost_motion_rad", "without sign"),
+)
+def _(folder: Path, sheet: Sheet) -> Path:
+    lost = sheet.values("output_angle_rad") - sheet.values("input_angle_rad") / RATIO
+    runs = np.array(sheet.cells("run"))
+    for run in np.unique(runs):
+        torque = sheet.values("torque_Nm")[runs == run]
+        lost[runs == run] -= lost[runs == run][np.argmin(np.abs(torque))]
+    bare = sheet.without("input_angle_rad", "output_angle_rad")
+    return save(folder, bare.added("lost_motion_rad", [f"{abs(x):.9f}" for x in lost]).text())
 
 
 @dress(

@@ -114,3 +114,8 @@ def test_samples_that_see_no_unknown_leave_the_start_where_it_is() -> None:
     )
     np.testing.assert_array_equal(found.x, [0.3, 1.0])
     assert found.steps == 1
+
+
+def test_normal_equations_without_unknowns_have_an_empty_solution() -> None:
+    none = np.zeros(0)
+    assert solve_within(np.zeros((0, 0)), none, none, none).size == 0

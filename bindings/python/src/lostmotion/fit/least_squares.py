@@ -161,6 +161,8 @@ def solve_within(
     limit : SumLimit, optional
         Limit of a sum of unknowns, one more bound that may be active.
     """
+    if right.size == 0:  # every unknown is held at its bound
+        return np.zeros(0)
     diagonal = np.diag(normal)
     floor = LEAST_DIAGONAL * max(float(diagonal.max()), 1e-300)
     scale = 1.0 / np.sqrt(np.maximum(diagonal, floor))

@@ -1,4 +1,4 @@
-"""Runs of one drive agree: no run has another sign or unit than the others.
+"""Runs of one drive agree: no run has another sign or unit than the others, or no sign at all.
 
 A run that was logged with a reversed sign, or in another unit, has a torsion curve that no drive
 with the curve of the other runs can have. It would spoil every fit, so it is refused. Only runs
@@ -10,14 +10,33 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from lostmotion.errors import InputError
 from lostmotion.recordings.campaign import Campaign, Run
 from lostmotion.recordings.wild import PLAUSIBLE
 
+FloatArray = npt.NDArray[np.float64]
+
+LOST = "lost_motion_rad"
+
 CURVE_SHARE = 0.5
 """Least share of the variance of the lost motion of a run that is linear in the torque: half, as
 for the scale of a drive file (`scale.SCALE_SHARE`)."""
+
+NO_CURVE_SHARE = 0.1
+"""Largest share of the variance that is linear in the torque where one of the two lost its sign:
+then the lost motion is even in the torque. Chosen."""
+
+SAMPLES_LEAST = 30
+"""Least number of samples of a run: with fewer, noise may correlate with the torque by chance; with
+30, a share of half has a probability of 1e-5."""
+
+ONE_SIDED = 0.02
+"""Readings beyond zero, relative to the largest, that are the zero of a sensor. Chosen."""
+
+NEAR_ZERO = 0.1
+"""Torques up to this share of the largest give the lost motion at zero. Chosen."""
 
 SWING_SHARE = 0.25
 """Least swing of the torque of a run relative to the median of the runs: the ripple of a constant
@@ -58,14 +77,12 @@ def loops_of(campaign: Campaign) -> list[Loop]:
     """Runs in which the lost motion follows the torque."""
     found = []
     for run in campaign.runs:
-        torque = run.torque_Nm - run.torque_Nm.mean()
-        lost = run.lost_motion_rad - run.lost_motion_rad.mean()
-        across, up = float(np.std(torque)), float(np.std(lost))
-        if not (across > 0 and up > 0):
+        torque, lost = run.torque_Nm, run.lost_motion_rad
+        if len(run) < SAMPLES_LEAST or linear_share(torque, lost) < CURVE_SHARE:
             continue
-        share = float(np.mean((torque / across) * (lost / up)))
-        if share**2 >= CURVE_SHARE:
-            found.append(Loop(run, share * up / across, across, up))
+        torque = torque - torque.mean()
+        slope = float(torque @ lost) / float(torque @ torque)
+        found.append(Loop(run, slope, float(np.std(torque)), float(np.std(lost))))
     swing = float(np.median([loop.torque for loop in found])) if found else 0.0
     return [loop for loop in found if loop.torque >= SWING_SHARE * swing]
 
@@ -79,6 +96,7 @@ def check_runs_agree(campaign: Campaign) -> None:
         Names the runs and the column.
     """
     check_temperatures(campaign)
+    check_magnitudes(campaign)
     if any(finding.kind in ("stuck", "ratio") for finding in campaign.findings):
         return
     loops = loops_of(campaign)
@@ -94,7 +112,7 @@ def check_runs_agree(campaign: Campaign) -> None:
         )
         refuse_loops(
             few,
-            "lost_motion_rad",
+            LOST,
             f"a lost motion that {way} with increasing torque in {runs_in_words(few)}, unlike in "
             f"{runs_in_words(many)}",
             "one sign of torque and angles in all runs",
@@ -103,7 +121,7 @@ def check_runs_agree(campaign: Campaign) -> None:
     lost = float(np.median([loop.lost for loop in loops]))
     for column, own, usual, other, other_usual in (
         ("torque_Nm", "torque", torque, "lost", lost),
-        ("lost_motion_rad", "lost", lost, "torque", torque),
+        (LOST, "lost", lost, "torque", torque),
     ):
         least = LOAD_FACTOR if own == "torque" else UNIT_FACTOR
         for sign in (1, -1):
@@ -124,6 +142,38 @@ def check_runs_agree(campaign: Campaign) -> None:
                     f"{runs_in_words(odd)}",
                     "one unit in all runs",
                 )
+
+
+def check_magnitudes(campaign: Campaign) -> None:
+    """Refuse runs in which the torque or the lost motion has lost its sign."""
+    for run in campaign.runs:
+        torque, lost = run.torque_Nm, run.lost_motion_rad
+        most = float(np.max(np.abs(torque)))
+        if len(run) < SAMPLES_LEAST or not most > 0 or linear_share(torque, lost) > NO_CURVE_SHARE:
+            continue
+        one_sided = min(float(torque.max()), -float(torque.min())) <= ONE_SIDED * most
+        zero = lost[np.abs(torque) <= NEAR_ZERO * most]
+        if one_sided and zero.size:
+            lost = np.abs(lost - np.median(zero))
+        if not one_sided and min(float(torque.max()), -float(torque.min())) < 0.5 * most:
+            continue
+        if linear_share(np.abs(torque), lost) >= CURVE_SHARE:
+            column, other = ("torque_Nm", "lost motion") if one_sided else (LOST, "torque")
+            raise InputError(
+                run.file,
+                column,
+                f"a magnitude without sign in run {run.label}: the {other} passes zero where it "
+                "returns",
+                "values with their sign; or the recordings without this run",
+            )
+
+
+def linear_share(torque: FloatArray, lost: FloatArray) -> float:
+    """Share of the variance of the lost motion that is linear in the torque."""
+    across, up = float(np.std(torque)), float(np.std(lost))
+    if not (across > 0 and up > 0):
+        return 0.0
+    return float(np.mean((torque - torque.mean()) / across * ((lost - lost.mean()) / up))) ** 2
 
 
 def check_temperatures(campaign: Campaign) -> None:
