@@ -122,8 +122,10 @@ lm_status lm_axis_change(lm_axis *a, const lm_parameters *parameters, lm_fault *
 }
 
 void lm_axis_set_zero(lm_axis *a, float zero_rad) {
-  a->command_rad += zero_rad - a->zero_rad;
-  a->zero_rad = zero_rad;
+  if (is_finite(zero_rad)) {
+    a->command_rad += zero_rad - a->zero_rad;
+    a->zero_rad = zero_rad;
+  }
 }
 
 float lm_axis_reference(lm_axis *a, float motor_rad, float angle_rad) {

@@ -101,11 +101,15 @@ float cia402_reported(const cia402_axis *axis, const cia402_input *in) {
   return axis->zero_rad + (float)output_increments(axis, in) / axis->increments_per_rad;
 }
 
+void cia402_set_zero(cia402_axis *axis, float zero_rad) {
+  axis->command_rad += zero_rad - axis->zero_rad;
+  axis->zero_rad = zero_rad;
+}
+
 float cia402_reference(cia402_axis *axis, const cia402_input *in, float angle_rad) {
   const float shift_rad = angle_rad - cia402_reported(axis, in);
   const float late_rad = axis->correction.correction_rad + axis->correction.lost_motion_rad;
-  axis->zero_rad += shift_rad;
-  axis->command_rad += shift_rad;
+  cia402_set_zero(axis, axis->zero_rad + shift_rad);
   if (axis->drive.output_loop) {
     return 0;
   }

@@ -130,4 +130,8 @@ float cia402_reported(const cia402_axis *axis, const cia402_input *in);
  * Returns by how much the zero may be wrong, rad (lm_axis_reference). */
 float cia402_reference(cia402_axis *axis, const cia402_input *in, float angle_rad);
 
+/* A stored zero_rad of an absolute encoder, after cia402_start. Nothing moves if the planner
+ * continues from command_rad. */
+void cia402_set_zero(cia402_axis *axis, float zero_rad);
+
 #endif

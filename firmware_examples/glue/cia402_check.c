@@ -189,6 +189,7 @@ int check_cia402(void) {
   cia402_input in;
   float wish_rad;
   float start_rad;
+  float zero_rad;
   int k;
   at.torque_Nm = LOAD_NM;
   c.drive.status = CIA402_SWITCH_ON_DISABLED;
@@ -246,6 +247,9 @@ int check_cia402(void) {
   }
   /* Power-down with the brake on, power-up with the history. */
   cycles(&c, STAND_CYCLES, LOAD_NM, &wish_rad, 0, 0);
+  zero_rad = c.axis.zero_rad;
+  in = read_drive(&c);
+  start_rad = cia402_reported(&c.axis, &in);
   lm_save_compensator(&c.axis.compensator, &kept);
   in = read_drive(&c);
   if (cia402_start(&c.axis, &drive, &joint_parameters, &kept, &at, &in, &fault) != LM_OK ||
@@ -256,6 +260,13 @@ int check_cia402(void) {
   c.largest_rad = 0;
   cycles(&c, STAND_CYCLES, LOAD_NM, &wish_rad, 0, 1);
   if (c.drive.status != CIA402_OPERATION_ENABLED || c.largest_rad > 2 * STEP_RAD) {
+    return 9;
+  }
+  cia402_set_zero(&c.axis, zero_rad);
+  wish_rad = c.axis.command_rad;
+  cycles(&c, STAND_CYCLES, LOAD_NM, &wish_rad, 0, 1);
+  in = read_drive(&c);
+  if (c.largest_rad > 2 * STEP_RAD || !is_close(cia402_reported(&c.axis, &in), start_rad)) {
     return 9;
   }
   return check_output_loop(&c, &at);
