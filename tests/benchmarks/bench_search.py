@@ -1,4 +1,7 @@
-"""The design search against pymoo's NSGA-II and SciPy's differential evolution, on the real model.
+"""The design search against pymoo, SciPy and pygmo on the real model.
+
+Several objectives: pymoo's NSGA-II; one objective also the differential evolution of each; pygmo
+takes part if it is installed.
 
 Every method gets the same evaluator, with the same sampled drives and all limits, and the same
 number of evaluations; the seed is that of the method alone. NSGA-II and differential evolution call
@@ -37,6 +40,7 @@ import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -385,10 +389,16 @@ def run_nsga2(
 ) -> list[Vector]:
     """Run pymoo's NSGA-II, population 100."""
     from pymoo.algorithms.moo.nsga2 import NSGA2
+
+    return minimize_pymoo(Problem(lib, text), NSGA2(pop_size=100), evaluations, seed, verify)
+
+
+def minimize_pymoo(
+    problem: Problem, algorithm: Any, evaluations: int, seed: int, verify: bool
+) -> list[Vector]:
+    """Run an algorithm of pymoo, which knows objectives and limits separately."""
     from pymoo.core.problem import ElementwiseProblem
     from pymoo.optimize import minimize
-
-    problem = Problem(lib, text)
 
     class Wrapped(ElementwiseProblem):
         def __init__(self) -> None:
@@ -400,8 +410,15 @@ def run_nsga2(
         def _evaluate(self, x: Vector, out: dict[str, Vector], *_: object, **__: object) -> None:
             out["F"], out["G"] = problem.evaluate(x)
 
-    minimize(Wrapped(), NSGA2(pop_size=100), ("n_eval", evaluations), seed=seed, verbose=False)
+    minimize(Wrapped(), algorithm, ("n_eval", evaluations), seed=seed, verbose=False)
     return problem.deliverable() if verify else problem.points
+
+
+def penalise(problem: Problem, x: Vector) -> float:
+    """Objective of a point, or beyond every objective by its violations."""
+    f, g = problem.evaluate(x)
+    violation = np.maximum(g, 0).sum()
+    return float(f[0]) if violation <= 0 else 100.0 + float(violation)
 
 
 def run_differential_evolution(
@@ -415,9 +432,7 @@ def run_differential_evolution(
     def penalised(x: Vector) -> float:
         if problem.evaluations >= evaluations:
             return 1e6
-        f, g = problem.evaluate(x)
-        violation = np.maximum(g, 0).sum()
-        return float(f[0]) if violation <= 0 else 100.0 + float(violation)
+        return penalise(problem, x)
 
     population = 15
     generations = evaluations // (population * problem.variables) + 1
@@ -428,11 +443,48 @@ def run_differential_evolution(
     return problem.deliverable() if verify else problem.points
 
 
+def run_pymoo_evolution(
+    lib: c.CDLL, text: str, evaluations: int, seed: int, verify: bool = False
+) -> list[Vector]:
+    """Run pymoo's differential evolution, population 100, for one objective."""
+    from pymoo.algorithms.soo.nonconvex.de import DE
+
+    return minimize_pymoo(Problem(lib, text), DE(pop_size=100), evaluations, seed, verify)
+
+
+def run_pygmo(
+    lib: c.CDLL, text: str, evaluations: int, seed: int, verify: bool = False
+) -> list[Vector]:
+    """Run pygmo's self-adaptive differential evolution with an exact penalty, for one objective."""
+    import pygmo
+
+    problem = Problem(lib, text)
+    population = 50
+
+    class Penalised:
+        def fitness(self, x: Vector) -> list[float]:
+            return [penalise(problem, x)]
+
+        def get_bounds(self) -> tuple[list[float], list[float]]:
+            return [0.0] * problem.variables, [1.0] * problem.variables
+
+    method = pygmo.sade(gen=evaluations // population - 1, seed=seed, ftol=0, xtol=0)
+    begun = pygmo.population(pygmo.problem(Penalised()), size=population, seed=seed)
+    pygmo.algorithm(method).evolve(begun)
+    return problem.deliverable() if verify else problem.points
+
+
 METHODS: dict[str, Callable[[c.CDLL, str, int, int, bool], list[Vector]]] = {
     "lostmotion": run_search,
     "NSGA-II": run_nsga2,
-    "differential evolution": run_differential_evolution,
 }
+ALONE = {
+    "differential evolution, SciPy": run_differential_evolution,
+    "differential evolution, pymoo": run_pymoo_evolution,
+}
+"""Methods for one objective."""
+if importlib.util.find_spec("pygmo"):
+    ALONE["differential evolution, pygmo"] = run_pygmo
 
 
 Runs = dict[str, list[list[Vector]]]
@@ -444,9 +496,7 @@ def run_all(
     """Points that each method finds with each seed, and the processor time of one run."""
     runs: Runs = {}
     seconds = {}
-    for name, method in METHODS.items():
-        if name == "differential evolution" and not is_alone(text):
-            continue
+    for name, method in {**METHODS, **(ALONE if is_alone(text) else {})}.items():
         began = time.process_time()
         runs[name] = [method(lib, text, evaluations, seed, verify) for seed in seeds]
         seconds[name] = (time.process_time() - began) / len(seeds)

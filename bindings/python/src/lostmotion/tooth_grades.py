@@ -1,8 +1,9 @@
 """Tooth grades of ISO 1328-1:2013: run-out, and tool infeed for the tooth thickness.
 
-The standard's formulas hold from modules of 0.5 mm; below, as for most strain-wave gears, they are
-extrapolated. It has no tolerance of the thickness, which follows from run-out and infeed, ISO/TR
-10064-2.
+The standard applies from modules of 0.5 mm and forbids extrapolation below; here its formula is
+used for all modules. It has no tolerance of the thickness, which follows from run-out and infeed,
+ISO/TR 10064-2. The run-out was compared with open implementations of the standard; no open source
+was found for the infeed.
 """
 
 from __future__ import annotations
