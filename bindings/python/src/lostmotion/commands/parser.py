@@ -533,6 +533,7 @@ COMMANDS = (
         (argument("shell", metavar="SHELL", choices=SHELLS, help="one of " + ", ".join(SHELLS)),),
     ),
 )
+"""Every command, in the order of the help."""
 
 
 def make_parser() -> argparse.ArgumentParser:
