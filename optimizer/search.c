@@ -15,7 +15,7 @@
 #define SETTLE_LEAST 40      /* with fewer, a design is left out instead */
 #define NEIGHBOUR_WIDTH 0.05 /* of a range, by which a start differs from a design that fails */
 #define SETTLE_PART 0.3      /* of the search's evaluations: largest total of the solver */
-#define ROUND_CHARGE 3       /* of a design: grades to the nearest, down, up */
+#define ROUND_CHARGE 2       /* of a design: grades to the nearest, then down and up */
 #define SETTLE_CHECKS 10     /* checks of one design that the solver continues from */
 /* Share of a front of whole grades that remains after rounding, to estimate the work; chosen on the
  * specs in the package and of the tests: 0.07 to 0.6 with two objectives, 0.8 with three. */

@@ -78,11 +78,30 @@ static void keep_best(lm_task_state *s, const double unit[]) {
   }
 }
 
+/* Takes the result at a point into the answer; 0 if there is none. */
+static int accept_result(lm_task_state *s, const double unit[], lm_status status) {
+  double objective[LM_OBJECTIVE_MAX] = {0};
+  double broken;
+  if (status != LM_OK) {
+    s->value = LM_REFUSED;
+    s->violation = LM_REFUSED;
+    return 0;
+  }
+  read_objectives(s, objective);
+  s->value = lm_scalarised_value(s->problem, &s->scalar, objective);
+  broken = lm_violation_of(s->problem, &s->layout, s->result);
+  s->violation = with_bounds_of_scalar(s, objective, broken);
+  if (broken <= 0) {
+    lm_keep_solution(s, unit, objective, 0);
+  }
+  s->feasible = broken <= 0;
+  keep_best(s, unit);
+  return 1;
+}
+
 int lm_evaluate_task_point(lm_task_state *s, const double unit[], int slopes) {
   const size_t size = (size_t)s->problem->range_count * sizeof unit[0];
   const int charge = slopes ? lm_slope_charge(s->problem) : 1;
-  double objective[LM_OBJECTIVE_MAX] = {0};
-  double broken;
   lm_status status;
   if (s->known && memcmp(unit, s->at, size) == 0 && (s->known_slopes || !slopes)) {
     return s->violation < LM_REFUSED;
@@ -109,20 +128,22 @@ int lm_evaluate_task_point(lm_task_state *s, const double unit[], int slopes) {
     status = lm_evaluate_point(s->problem, &s->scan, &s->layout, s->combination, unit, s->result,
                                s->workspace, NULL);
   }
-  if (status != LM_OK) {
+  if (!accept_result(s, unit, status)) {
     s->answer->refused++;
-    s->value = LM_REFUSED;
-    s->violation = LM_REFUSED;
     return 0;
   }
-  read_objectives(s, objective);
-  s->value = lm_scalarised_value(s->problem, &s->scalar, objective);
-  broken = lm_violation_of(s->problem, &s->layout, s->result);
-  s->violation = with_bounds_of_scalar(s, objective, broken);
-  if (broken <= 0) {
-    s->answer->feasible++;
-    lm_keep_solution(s, unit, objective, 0);
-  }
-  keep_best(s, unit);
+  s->answer->feasible += s->feasible;
   return 1;
+}
+
+int lm_evaluate_task_grades(lm_task_state *s, const double unit[]) {
+  const size_t size = (size_t)s->problem->range_count * sizeof unit[0];
+  lm_status status;
+  memcpy(s->at, unit, size);
+  s->known_slopes = 0;
+  s->answer->tolerance_only++;
+  status = lm_evaluate_tolerances(s->problem, &s->layout, s->combination, unit, s->result,
+                                  s->workspace, NULL);
+  s->known = status == LM_OK;
+  return accept_result(s, unit, status);
 }

@@ -40,6 +40,7 @@ typedef struct lm_task_state {
   /* the last point evaluated */
   int known;
   int known_slopes;
+  int feasible;
   double at[LM_FREE_MAX];
   double *result; /* of the workspace */
   double *slope;  /* of the workspace, by range */
@@ -53,6 +54,10 @@ void lm_open_task_state(lm_task_state *s, const lm_problem *problem, int combina
 
 /* Evaluate at a point unless it was the last one; 0 when the model refuses it. */
 int lm_evaluate_task_point(lm_task_state *s, const double unit[], int slopes);
+
+/* Evaluate at a point that differs only in its tolerance grades from the last one, which the model
+ * did not refuse; 0 when it refuses this one. */
+int lm_evaluate_task_grades(lm_task_state *s, const double unit[]);
 
 /* Feasible before infeasible, then the smaller value (violation). */
 int lm_is_better(double value, double violation, double than_value, double than_violation);

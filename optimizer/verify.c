@@ -263,9 +263,20 @@ void lm_verify_design(lm_task_state *s, const lm_task *task) {
   keep_verified(s);
 }
 
+/* Whether integer ranges are grades of tolerances, whose change costs little. */
+static int rounds_grades_only(const lm_problem *p) {
+  int k = 0;
+  while (k < p->range_count && !(p->range[k].whole && p->range[k].key < LM_KEY_GRADE)) {
+    k++;
+  }
+  return k == p->range_count && lm_has_cheap_tolerances(p);
+}
+
 void lm_round_design(lm_task_state *s, const lm_task *task) {
   static double (*const roundings[])(double) = {round, floor, ceil};
   const lm_problem *p = s->problem;
+  const int cheap = rounds_grades_only(p);
+  int evaluated = 0;
   int way;
   int k;
   for (way = 0; way < 3 && !s->interrupted; way++) {
@@ -279,7 +290,8 @@ void lm_round_design(lm_task_state *s, const lm_task *task) {
         unit[k] = lm_clip(unit[k]);
       }
     }
-    (void)lm_evaluate_task_point(s, unit, 0);
+    evaluated = evaluated && cheap ? lm_evaluate_task_grades(s, unit)
+                                   : lm_evaluate_task_point(s, unit, 0);
   }
 }
 
