@@ -463,6 +463,33 @@ static void test_a_settled_design_keeps_its_figures_limits_between_the_phases(vo
   free(certificate);
 }
 
+/* Three roundings of two grades; only the first is a complete evaluation. */
+static void test_roundings_have_the_figures_of_complete_evaluations(void) {
+  lm_solution found[3];
+  int count;
+  int i;
+  int j;
+  read_with(two_objectives, two_grades, "");
+  make_task(LM_TASK_ROUND, 10);
+  task.unit[4] = 0.4; /* grades of 6.6 and 7.4 */
+  task.unit[5] = 0.6;
+  run();
+  TEST_ASSERT_EQUAL_INT(1, answer->plain);
+  TEST_ASSERT_EQUAL_INT(2, answer->tolerance_only);
+  count = answer->solution_count;
+  TEST_ASSERT_GREATER_OR_EQUAL_INT(2, count); /* the coarser is cheaper, the finer is better */
+  memcpy(found, answer->solution, (size_t)count * sizeof found[0]);
+  for (i = 0; i < count; i++) {
+    make_task(LM_TASK_EVALUATE, 10);
+    memcpy(task.unit, found[i].unit, sizeof task.unit);
+    run();
+    for (j = 0; j < problem.objective_count; j++) {
+      const double whole = answer->figure[problem.objective[j]];
+      TEST_ASSERT_DOUBLE_WITHIN(1e-9, whole, found[i].objective[j]); /* rounded so when kept */
+    }
+  }
+}
+
 /* Between 5.5 and 8.5 the whole grades are 6 .. 8, though 5 and 9 are neighbours of the ends. */
 static void test_a_grade_is_not_rounded_out_of_its_range(void) {
   double grade;
@@ -699,6 +726,7 @@ int main(void) {
   RUN_TEST(test_a_limit_that_nothing_moves_hinders_nobody);
   RUN_TEST(test_a_settled_design_has_whole_grades_and_certifies);
   RUN_TEST(test_a_settled_design_keeps_its_figures_limits_between_the_phases);
+  RUN_TEST(test_roundings_have_the_figures_of_complete_evaluations);
   RUN_TEST(test_a_grade_is_not_rounded_out_of_its_range);
   RUN_TEST(test_a_repair_finds_a_design_and_makes_it_better);
   RUN_TEST(test_a_repair_without_a_design_says_what_has_to_give);
