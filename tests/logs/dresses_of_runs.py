@@ -97,6 +97,20 @@ def _(folder: Path, sheet: Sheet) -> Path:
     return save(folder, _other(sheet, "temperature_C", 1.0, 273.15).text())
 
 
+@dress("rows sorted by the torque")
+def _(folder: Path, sheet: Sheet) -> Path:
+    rows = sorted(sheet.rows(), key=lambda row: float(row[sheet.names.index("torque_Nm")]))
+    return save(folder, Sheet(sheet.names, tuple(zip(*rows, strict=True))).text())
+
+
+@dress("rows in no order, as a database returns them")
+def _(folder: Path, sheet: Sheet) -> Path:
+    order = np.random.default_rng(5).permutation(len(sheet))
+    every = sheet.rows()
+    rows = [every[i] for i in order]
+    return save(folder, Sheet(sheet.names, tuple(zip(*rows, strict=True))).text())
+
+
 @dress("JSON lines, blanks after colon and comma, as Python writes them")
 def _(folder: Path, sheet: Sheet) -> Path:
     rows = [dict(zip(sheet.names, map(float, row), strict=True)) for row in sheet.rows()]

@@ -292,6 +292,10 @@ def read_runs(
         codes, labels = run_codes(name, column, read.run, read.place, findings)
     else:
         codes, labels = runs_of_blocks(name, only, read, findings)
+    if in_no_order(codes) and all(isinstance(label, int) for label in labels):
+        # The first appearance means nothing; the numbers state the order.
+        order = sorted(range(len(labels)), key=lambda code: labels[code])
+        labels, codes = [labels[code] for code in order], np.argsort(order)[codes]
     if newest_first(numbers["time"], codes):
         numbers = {quantity: values[::-1] for quantity, values in numbers.items()}
         present, codes = first_appearance(codes[::-1])
@@ -528,17 +532,35 @@ def with_stray_labels_taken_in(codes: npt.NDArray[np.intp]) -> npt.NDArray[np.in
     """Return run codes in which a burst of other labels within a run has the code of that run.
 
     The run must be longer than a burst on both sides: recordings that alternate row by row are not
-    changed.
+    changed, and those of which most sections are that short are in no order of runs.
     """
-    begins = np.flatnonzero(np.diff(codes, prepend=codes[:1] - 1))
-    sizes = np.diff(begins, append=codes.size)
+    begins, sizes = sections(codes)
     (long,) = np.nonzero(sizes > BURST)
     taken = codes.copy()
+    if in_no_order(codes):
+        return taken
     for before, behind in pairwise(long):
         first, last = begins[before] + sizes[before], begins[behind]
         if 0 < last - first <= BURST and codes[first - 1] == codes[last]:
             taken[first:last] = codes[last]
     return taken
+
+
+def sections(
+    codes: npt.NDArray[np.intp],
+) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
+    """First rows and lengths of the sections of one label."""
+    begins = np.flatnonzero(np.diff(codes, prepend=codes[:1] - 1))
+    return begins, np.diff(begins, append=codes.size)
+
+
+def in_no_order(codes: npt.NDArray[np.intp]) -> bool:
+    """Whether most sections of one label are as short as a burst, and every run has several."""
+    _, sizes = sections(codes)
+    return bool(
+        2 * np.count_nonzero(sizes > BURST) < sizes.size
+        and sizes.size > BURST * (int(codes.max(initial=0)) + 1)
+    )
 
 
 def inside_runs(labels: Any) -> bool:

@@ -51,7 +51,7 @@ LOAD_FACTOR = 60.0
 which is 33 times smaller. Chosen: twice that."""
 
 LOAD_SAME = 3.0
-"""Up to this ratio two loads, or two lost motions, count as alike. Chosen."""
+"""Up to this ratio two loads, or two lost motions, count as equal. Chosen."""
 
 
 @dataclass(frozen=True)

@@ -68,6 +68,12 @@ than to a full step."""
 BACKWARD_ACTION = "kept in file order; if another recording begins there, mark it in a column run"
 """Action for decreasing time, and its usual cause."""
 
+SCRAMBLED = (10, 0.05)
+"""Least number of backward steps, and least share of all steps, of a run in no order of time: a
+clock that is set or begins anew goes back once. Chosen."""
+
+SORTED_ACTION = "rows in another order than their times, whose steps are regular: sorted by time"
+
 STEP_LEAST_S = 1e-9
 """Least usual time step of a recording."""
 
@@ -94,6 +100,11 @@ def sound_run(
     def note(kind: str, column: str, count: int, action: str) -> None:
         findings.append(Finding(kind, file, column, label, count, action))
 
+    backward = steps_of_disorder(columns["time"])
+    if backward:
+        order = np.argsort(columns["time"], kind="stable")
+        columns = {quantity: values[order] for quantity, values in columns.items()}
+        note("backward_time", "time_s", backward, SORTED_ACTION)
     needed: list[str] = [n for n in ("time", "torque", "lost_motion") if n in columns]
     if "lost_motion" not in columns:
         needed += ["input_angle", "output_angle"]
@@ -158,6 +169,22 @@ def sound_run(
     for quantity, count in stuck_sensors(columns, ratio).items():
         note("stuck", QUANTITIES[quantity].column, count, "kept; looks like a dead sensor")
     return Run(label, file, columns, log=log)
+
+
+def steps_of_disorder(time_s: FloatArray) -> int:
+    """Count the backward steps of a run whose rows are in another order than their times.
+
+    As a database returns rows without an order, or a table sorted by another column. The times
+    themselves show it: sorted, they are those of a regular clock, and none occurs twice.
+    """
+    step = np.diff(time_s)
+    count, (least, share) = int(np.count_nonzero(step < 0)), SCRAMBLED
+    if count < max(least, share * step.size) or np.all(step < 0):
+        return 0
+    forward = np.diff(np.sort(time_s))
+    usual = float(np.median(forward))
+    irregular = np.count_nonzero(np.abs(forward - usual) > REGULAR[1] * usual)
+    return count if np.all(forward > 0) and irregular <= REGULAR[0] * forward.size else 0
 
 
 def copied_rows(
