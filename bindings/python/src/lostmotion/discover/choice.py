@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+
+import numpy as np
 
 from lostmotion import rules
 from lostmotion.discover.contest_round import ContestRound
@@ -48,15 +50,41 @@ def choose(
 
     A candidate that is confounded with the form error counts as one, unless a model without form
     error finds it (`GrowingModel.more_starts`): then it is selected first, as a form would be,
-    and only such candidates are its rivals.
+    and only such candidates are its rivals. Every rival is tried in the model: by tangents alone,
+    effects may seem to be confounded that their models separate.
     """
     paid = paid_by_kind(current)
     apart = [result for result in results if not current.candidates[result.name].of_form]
     contenders, rejected = try_shortlist(model, current, apart, limits, paid)
+    step = choose_among(model, current, results, limits, contenders, rejected)
+    known = {contender.name for contender in step.contenders}
+    untried = [
+        Lead(current, result, current.size_of(result))
+        for result in apart
+        if result.name in step.rivals and result.name not in known
+    ]
+    if untried:
+        contenders = best_starts(contenders + try_leads(model, untried, limits, paid["effect"]))
+        step = choose_among(model, current, results, limits, contenders, rejected)
+    return step
+
+
+def choose_among(
+    model: GrowingModel,
+    current: ContestRound,
+    results: list[Result],
+    limits: LeastSizes,
+    tried: list[Contender],
+    rejected: set[str],
+) -> Step:
+    """Choose among the candidates that were tried in the model, and find the rivals."""
+    paid = paid_by_kind(current)
+    apart = [result for result in results if not current.candidates[result.name].of_form]
+    contenders = as_kept(tried)
     confirmed = [c for c in contenders if c.passes]
     if limits.kept:
         confirmed, idle = of_use(model, confirmed)
-        rejected |= {c.name for c in idle}
+        rejected = rejected | {c.name for c in idle}
     effects = [c for c in confirmed if c.candidate.named]
     effect = simplest([c for c in effects if of_form(current, c)] or effects)
     shape = simplest([c for c in confirmed if not c.candidate.named])
@@ -127,8 +155,7 @@ def try_shortlist(
     shortlist += model.unjudged(current, results, shortlist)
 
     def tried(leads: list[Lead]) -> list[Contender]:
-        found = in_parallel(lambda lead: try_lead(model, lead, limits, paid["effect"]), leads)
-        return [contender for contender in found if contender is not None]
+        return try_leads(model, leads, limits, paid["effect"])
 
     contenders = best_starts(tried(shortlist))
     rejected: set[str] = set()
@@ -138,6 +165,14 @@ def try_shortlist(
         reserve = without(reserve, shortlist)
         contenders = best_starts(contenders + tried(shortlist))
     return contenders, rejected
+
+
+def try_leads(
+    model: GrowingModel, leads: list[Lead], limits: LeastSizes, count: int
+) -> list[Contender]:
+    """Put candidates into the model, each apart; those that have no finite fit are left out."""
+    found = in_parallel(lambda lead: try_lead(model, lead, limits, count), leads)
+    return [contender for contender in found if contender is not None]
 
 
 def try_lead(model: GrowingModel, lead: Lead, limits: LeastSizes, count: int) -> Contender | None:
@@ -168,6 +203,25 @@ def best_starts(contenders: list[Contender]) -> list[Contender]:
         if other is None or rank > (other.passes, other.gain):
             best[contender.name] = contender
     return list(best.values())
+
+
+def as_kept(contenders: Sequence[Contender]) -> list[Contender]:
+    """Contenders with the gains that their models keep, where several pass.
+
+    Between kinks a linearisation may promise more than its model follows. Less than the contender
+    that keeps most, because all start from the same fit and stop equally far from their optimum.
+    """
+    beyond = {
+        contender.name: contender.settled.beyond_linear
+        for contender in contenders
+        if contender.passes and contender.settled is not None
+    }
+    least = min(beyond.values(), key=np.sum, default=0.0)
+    kept = []
+    for contender in contenders:
+        by_run = contender.gain_by_run - (beyond.get(contender.name, least) - least)
+        kept.append(replace(contender, gain=float(np.sum(by_run)), gain_by_run=by_run))
+    return kept
 
 
 def of_use(

@@ -58,6 +58,8 @@ class Settled:
     base: BaselineModel
     contest: Contest
     noise: Noise
+    beyond_linear: FloatArray | float = 0.0
+    """Misfit of every run beyond that of the linearisation, nats: what the model does not keep."""
 
     @property
     def density(self) -> FloatArray:
@@ -126,7 +128,18 @@ def settle(base: BaselineModel, noise: Noise, rounds: int = ROUNDS) -> Settled:
         least_rms = min(least_rms, rms_of(residual))
         if fall < SETTLED:
             break
-    return Settled(current, best, noise)
+    beyond = misfit.by_run(current, residual, best) - linear_misfit(best)
+    return Settled(current, best, noise, beyond)
+
+
+def linear_misfit(contest: Contest) -> FloatArray:
+    """Minus the log likelihood of every run by the linearisation, as `Misfit`."""
+    own, step = contest.null.matrix, contest.null_step()
+    evidence = contest.evidence
+    prior = float(step**2 @ evidence.ridge(evidence.index())) / evidence.runs
+    cross = own[:, -1, :-1] @ step
+    square = np.einsum("i,rij,j->r", step, own[:, :-1, :-1], step, optimize=True)
+    return np.asarray(0.5 * (own[:, -1, -1] - 2.0 * cross + square + prior))
 
 
 def objective_at(
@@ -137,8 +150,7 @@ def objective_at(
     With the misfit of the model: that of its linearisation is too low far from the deviations at
     which it was linearised, and equal to it at their optimum.
     """
-    matrix = contest.null.matrix.sum(axis=0)
-    linear = 0.5 * float(matrix[-1, -1] - matrix[:-1, -1] @ contest.null_step())
+    linear = float(linear_misfit(contest).sum())
     return contest.null_objective - linear + misfit(base, residual, contest)
 
 
@@ -172,31 +184,35 @@ class Misfit:
         self.level, self.begins = noise.whiten_runs(np.ones(c.rows), c.starts)
         self.ones = np.add.reduceat(self.level**2, self.begins)
         self.form = np.zeros((self.level.size, 0))
-        precision = np.zeros(0)
+        self.precision = np.zeros(0)
         if error is not None:
             runs = enumerate(c.slices())
             whitened = [noise.whiten(error.columns[at], run) for run, at in runs]
-            self.form, precision = np.concatenate(whitened), error.precision
+            self.form, self.precision = np.concatenate(whitened), error.precision
         self.offsets = np.add.reduceat(self.form * self.level[:, None], self.begins)
-        self.normal = np.diag(precision) + self.form.T @ self.form
+        self.normal = np.diag(self.precision) + self.form.T @ self.form
 
     def __call__(self, base: BaselineModel, residual: FloatArray, contest: Contest) -> float:
-        """Misfit of a model of this residual and of its deviations, at a contest's variances.
+        """Misfit of a model of this residual and of its deviations, at a contest's variances."""
+        return float(self.by_run(base, residual, contest).sum())
 
-        The offset of each run and the form error have their best values.
-        """
+    def by_run(self, base: BaselineModel, residual: FloatArray, contest: Contest) -> FloatArray:
+        """The same by run; the offset of each run and the form error have their best values."""
         e = contest.evidence
         variance = contest.null_omega / e.scale[e.scatter] ** 2
-        total = float(np.sum(base.deviations**2 / variance[: len(DEVIATIONS)]))
         white, _ = self.noise.whiten_runs(residual, self.starts)
+        free = self.ones + 1.0 / variance[-1]
+        cross = np.add.reduceat(white * self.level, self.begins)
+        normal = self.normal - (self.offsets.T / free) @ self.offsets
+        along = self.form.T @ white - self.offsets.T @ (cross / free)
+        form = np.linalg.solve(normal, along)
+        white = white - self.form @ form
         square, cross = (
             np.add.reduceat(product, self.begins) for product in (white**2, white * self.level)
         )
-        free = self.ones + 1.0 / variance[-1]
-        total += float(np.sum(square - cross**2 / free))
-        normal = self.normal - (self.offsets.T / free) @ self.offsets
-        along = self.form.T @ white - self.offsets.T @ (cross / free)
-        return 0.5 * (total - float(along @ np.linalg.solve(normal, along)))
+        own = base.deviations**2 / variance[: len(DEVIATIONS)]
+        prior = float(form**2 @ self.precision) / free.size
+        return np.asarray(0.5 * (own.sum(axis=1) + square - cross**2 / free + prior))
 
 
 def plain_rms(base: BaselineModel) -> float:
