@@ -302,11 +302,7 @@ def page(rows: list[Record]) -> str:
                 (
                     name,
                     f"{sum(map(clean_end, cells[0]))} of {len(cells[0])}",
-                    *(
-                        f"{sum(map(judge, c))} of {len(c)}"
-                        for judge in (right_first, ideal_right, estimated_right)
-                        for c in cells[1:]
-                    ),
+                    *(f"{sum(map(right_first, c))} of {len(c)}" for c in cells[1:]),
                     f"{sum(map(wrong, mine))} of {len(mine)}",
                     in_words(
                         Counter(f"`{n}`" for d in mine for n in (strange(d) if wrong(d) else ()))
@@ -314,17 +310,7 @@ def page(rows: list[Record]) -> str:
                     or "-",
                 )
             )
-        head = (
-            key,
-            "none hidden",
-            *(
-                f"{who}{size}"
-                for who in ("first, ", "ideal analyst, ", "scatter estimated, ")
-                for size in ("one noise", "two noises")
-            ),
-            "wrong named",
-            "which",
-        )
+        head = (key, "none hidden", "first, one noise", "first, two noises", "wrong named", "which")
         parts.append("\n".join(["", *table(head, lines)]))
     apart = list(filter(not_told_apart, rows))
     known = sum(wrong(d) for d in apart)
