@@ -61,6 +61,9 @@ JUMP = 4.0
 SATURATED_LEAST = 3
 """Least number of readings at an end of the range of a saturated channel."""
 
+SATURATED_MOST = 1000
+"""Most sections at an end of the range in one run: a channel with more has few values. Chosen."""
+
 SATURATED_SWING = 0.02
 """Share of its range by which the other channel goes beyond and back meanwhile. Chosen."""
 
@@ -201,6 +204,8 @@ def saturated(values: FloatArray, other: FloatArray, turned_rad: FloatArray) -> 
     for level in (values.max(), values.min()):
         same = values == level
         edges = np.flatnonzero(np.diff(np.concatenate(([False], same, [False])).astype(int)))
+        if edges.size > 2 * SATURATED_MOST:
+            continue
         for begin, end in zip(edges[::2], edges[1::2], strict=True):
             if end - begin < SATURATED_LEAST or begin == 0 or end == values.size:
                 continue
