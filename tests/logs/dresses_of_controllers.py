@@ -29,12 +29,14 @@ def _clock(sheet: Sheet) -> list[datetime]:
     "actual_ext_torque_2=torque_Nm",
     "actual_q_2=output_angle_rad",
     "motor_q_2=input_angle_rad",
+    "joint_temperatures_2=temperature_C",
 )
 def _(folder: Path, sheet: Sheet) -> Path:
     named = sheet.renamed(
         time_s="timestamp", torque_Nm="actual_ext_torque_2", output_angle_rad="actual_q_2",
         input_angle_rad="motor_q_2",
-    ).without("temperature_C")  # fmt: skip
+        temperature_C="joint_temperatures_2",
+    )  # fmt: skip
     for joint in (0, 1):
         named = named.added(f"actual_q_{joint}", ["0.7853981"] * len(sheet), 2)
     return save(folder, named.text(" "))
@@ -115,7 +117,7 @@ def _(folder: Path, sheet: Sheet) -> Path:
 )
 def _(folder: Path, sheet: Sheet) -> Path:
     named = sheet.turned_into("time_s", "Time", 1e3).ordered(
-        "Time", "torque_Nm", "input_angle_rad", "output_angle_rad", "run"
+        "Time", "torque_Nm", "input_angle_rad", "output_angle_rad", "temperature_C", "run"
     )
     for at in (2, 4):
         named = named.added("Time", list(named.cells("Time")), at)
