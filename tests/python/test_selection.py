@@ -9,7 +9,7 @@ import pytest
 from small_campaigns import RATED_NM, RATIO, answer_of, campaign, gap
 
 from lostmotion.discover import diagnose, library
-from lostmotion.discover.choice import choose, of_use, simplest
+from lostmotion.discover.choice import best_of, choose, of_use, simplest
 from lostmotion.discover.growing_model import Lead
 from lostmotion.discover.linearise import plain_rms, settle
 from lostmotion.discover.measurement_noise import estimate_noise
@@ -47,6 +47,30 @@ def test_an_offset_is_no_larger_than_what_it_explains(monkeypatch):
     before, after = (rung["rms_arcsec"] for rung in found["ladder"][:2])
     size = next(size for name, size in sizes if name == "torque_offset")
     assert size == pytest.approx(np.sqrt(before**2 - after**2), rel=0.05)
+
+
+def test_a_shape_that_beats_an_effect_of_the_form_hides_no_better_effect(warm_gap):
+    step = warm_gap.selection.steps[0]
+    right = step.selected
+    own = dataclasses.replace(right.candidate, name="like a form", of_form=True)
+    form = dataclasses.replace(
+        right, candidate=own, result=dataclasses.replace(right.result, name=own.name), gain=5.0
+    )
+    plain = dataclasses.replace(own, name="a shape", named=False, of_form=False)
+    shape = dataclasses.replace(
+        form,
+        candidate=plain,
+        result=dataclasses.replace(right.result, name=plain.name),
+        gain=0.99 * right.gain,
+    )
+    step.round.candidates[own.name] = own
+    try:
+        assert best_of(step.round, [form, right], shape) is right
+        assert best_of(step.round, [form], shape) is shape
+        assert best_of(step.round, [form, right], None) is form
+        assert best_of(step.round, [], None) is None
+    finally:
+        del step.round.candidates[own.name]
 
 
 def test_independent_pieces_of_work_keep_their_order():

@@ -86,7 +86,6 @@ def choose_among(
         confirmed, idle = of_use(model, confirmed)
         rejected = rejected | {c.name for c in idle}
     effects = [c for c in confirmed if c.candidate.named]
-    effect = simplest([c for c in effects if of_form(current, c)] or effects)
     shape = simplest([c for c in confirmed if not c.candidate.named])
     if shape is not None:
         sharper = model.sharpened(current, shape)
@@ -98,7 +97,7 @@ def choose_among(
         unsure = shape.result.p * paid[shape.candidate.kind] > rules.P_SURE
         if unsure and model.fall_of_left_out(shape) < 0:
             shape = None
-    selected = effect_or_shape(current, effect, shape)
+    selected = best_of(current, effects, shape)
     step = Step(current, results, selected, contenders, least_arcsec=limits.effect)
     if selected is not None and selected.candidate.named:
         names = {c.name for c in confirmed}
@@ -264,6 +263,21 @@ def free_count(contender: Contender) -> int:
     """Number of values that the fit of a candidate estimates."""
     effect = contender.candidate.effect
     return contender.candidate.columns.shape[1] if effect is None else len(effect.free())
+
+
+def best_of(
+    current: ContestRound, effects: list[Contender], shape: Contender | None
+) -> Contender | None:
+    """Choose between effects and a shape: effects confounded with the form error first.
+
+    A shape that is clearly better than these competes with the other effects.
+    """
+    forms = [c for c in effects if of_form(current, c)]
+    for group in (forms, [c for c in effects if not of_form(current, c)]):
+        selected = effect_or_shape(current, simplest(group), shape)
+        if selected is not None and selected.candidate.named:
+            return selected
+    return shape
 
 
 def effect_or_shape(
