@@ -255,14 +255,15 @@ def told(done: Record) -> str:
     return f"{done['verdict']} {'+'.join(done['named']) or '-'} [{depends}]"
 
 
-def page(rows: list[Record]) -> str:
-    """The whole page as Markdown."""
+def page(rows: list[Record], note: str = "") -> str:
+    """The whole page as Markdown, with a note on the results."""
     seeds = sorted({d["seed"] for d in rows})
     kind = "evaluation (odd)" if all(s % 2 for s in seeds) else "development (even)"
     parts = [
         INTRO,
         f"{len(rows)} campaigns, seeds for {kind}: {', '.join(map(str, seeds))}. In brackets: 95 % "
-        "intervals of the shares (Clopper and Pearson).\n",
+        f"intervals of the shares (Clopper and Pearson). {note}".rstrip()
+        + "\n",
     ]
     groups = [[d for d in rows if d["noises"] == size] for size in SIZES]
     clean, one, two = groups
@@ -337,6 +338,7 @@ def main() -> int:
     parser.add_argument("--law", action="append", choices=LAWS)
     parser.add_argument("--protocol", action="append", choices=tuple(PROTOCOLS))
     parser.add_argument("--workers", type=int, default=1)
+    parser.add_argument("--note", default="", help="sentence about these results, for the page")
     parser.add_argument("--write", action="store_true", help="write the page of the docs")
     arguments = parser.parse_args()
     laws, protocols = arguments.law or list(LAWS), arguments.protocol or list(PROTOCOLS)
@@ -352,7 +354,7 @@ def main() -> int:
             flush=True,
         )
     complete(arguments.results, arguments.workers)
-    text = page(load(arguments.results))
+    text = page(load(arguments.results), arguments.note)
     print("\n" + text, flush=True)
     if arguments.write:
         PAGE.write_text(text)
