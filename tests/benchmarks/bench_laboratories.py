@@ -58,12 +58,12 @@ recorded), an arm under gravity with four payloads, the same with encoders of 14
 that never stops. A campaign hides one effect or none. The size of an effect is its residual after
 an ideal refit with the true law, relative to the noise of a reading.
 
-*Ideal analyst* (`tests/rig/ideal.py`): what the same recordings can show to anybody. It knows the
-law of friction, the true torque and history, the formulas of the effects, noise and scatter, but
-not the values, nor which effect is hidden. *Scatter estimated*: the same, but with the F test over
-runs of an analyst who has to estimate the scatter from them. *Not told apart*: an `ambiguous`
-answer that lists the hidden effect and others; it names none of them alone, so it counts as a wrong
-name only if the ideal analyst tells them apart.
+*Ideal analyst* (`tests/rig/ideal.py`): the most that the same recordings contain. It knows the law
+of friction, the true torque and history, the formulas of the effects, noise and scatter, but not
+the values, nor which effect is hidden. *Scatter estimated*: the same, but with the F test over
+runs of an analyst who has to estimate the scatter from them. An `ambiguous` answer that lists the
+hidden effect and others counts as a wrong name only if they are not confounded for the ideal
+analyst.
 """
 
 
@@ -149,7 +149,7 @@ def look_as_ideal(lab: Laboratory, truth: Record) -> Record:
     return {
         "first": found.first(),
         "first_scatter_estimated": found.first(lab.plan.runs),
-        "twins": found.twins(next(iter(truth["effects"]), "")),
+        "confounded": found.confounded(next(iter(truth["effects"]), "")),
     }
 
 
@@ -188,7 +188,7 @@ def work(wanted: list[Job], results: Path, workers: int) -> Iterator[Record]:
 
 
 def complete(results: Path, workers: int) -> None:
-    """Let the ideal analyst look at every campaign that it has not seen."""
+    """Add the results of the ideal analyst where they are missing."""
     seen, left = [], []
     for done in load(results):
         (seen if "ideal" in done else left).append(done)
@@ -206,17 +206,17 @@ def strange(done: Record) -> set[str]:
     return set(done["named"]) - set(done["truth"]["effects"]) - OF_LAW.get(done["law"], set())
 
 
-def not_told_apart(done: Record) -> bool:
-    """Whether the answer is that the hidden effect and others cannot be told apart."""
+def said_confounded(done: Record) -> bool:
+    """Whether the answer is that the hidden effect and others are confounded."""
     hidden = set(done["truth"]["effects"])
     return done["verdict"] == "ambiguous" and hidden <= set(done["named"]) and bool(strange(done))
 
 
 def wrong(done: Record) -> bool:
-    """Whether an effect is named that was not hidden, and not one that nobody tells from it."""
+    """Whether an effect is named that was not hidden, and is not confounded with the hidden one."""
     others = strange(done)
-    if not_told_apart(done):
-        others -= set(done["ideal"]["twins"])
+    if said_confounded(done):
+        others -= set(done["ideal"]["confounded"])
     return bool(others)
 
 
@@ -313,11 +313,11 @@ def page(rows: list[Record], note: str = "") -> str:
             )
         head = (key, "none hidden", "first, one noise", "first, two noises", "wrong named", "which")
         parts.append("\n".join(["", *table(head, lines)]))
-    apart = list(filter(not_told_apart, rows))
+    apart = list(filter(said_confounded, rows))
     known = sum(wrong(d) for d in apart)
     parts.append(
-        f"\nNot told apart (`ambiguous`, with the hidden effect): {len(apart)} of {len(rows)}; the "
-        f"ideal analyst tells them apart in {known}."
+        f"\n`ambiguous`, with the hidden effect: {len(apart)} of {len(rows)}; in {known} of them the "
+        "effects are not confounded for the ideal analyst."
     )
     noise = [d["within_arcsec"] / d["truth"]["noise_arcsec_rms"] for d in rows]
     off = sum(abs(ratio - 1) > 0.15 for ratio in noise)

@@ -1,13 +1,13 @@
-"""The ideal analyst of a laboratory: what the recordings can show to anybody.
+"""The ideal analyst of a laboratory: the most that its recordings contain.
 
     found = IdealAnalyst(lab, truth["effects"]).look()
-    found.first(), found.twins(effect)
+    found.first(), found.confounded(effect)
 
 It knows what no diagnosis can know: the law of friction, the loads and the history that were not
 recorded, the formula of each effect, the scatter from run to run, and the colour and size of the
 noise. It does not know the values: parameters of the law, the zero of each run, and whether an
 effect is hidden, which one, and its magnitude and phase. It shares nothing with the library. An
-effect that it does not find, or cannot tell from another one, is beyond the plan.
+effect that it does not find, or that is confounded with another one, is beyond the plan.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ from .mechanics import ARCSEC, Array
 LEVEL = 0.01
 """Probability that a clean campaign shows any effect, as the diagnosis states for its own test."""
 
-CANNOT_TELL = float(np.log(1 / LEVEL))
-"""Difference of log likelihoods, nats, below which two effects are not told apart: odds of 100."""
+CONFOUNDED_NATS = float(np.log(1 / LEVEL))
+"""Difference of log likelihoods, nats, below which two effects are confounded: odds of 100."""
 
 CANDIDATES = (
     "kinematic_error",
@@ -80,9 +80,9 @@ class Found:
             return float(special.chdtrc(rank, square))
         return float(special.fdtrc(rank, runs - 1 - rank, square / rank))
 
-    def twins(self, effect: str) -> list[str]:
-        """Effects that these recordings do not tell from another one."""
-        least = self.nats.get(effect, np.inf) - CANNOT_TELL
+    def confounded(self, effect: str) -> list[str]:
+        """Effects that are confounded with another one in these recordings."""
+        least = self.nats.get(effect, np.inf) - CONFOUNDED_NATS
         return sorted(n for n, nats in self.nats.items() if n != effect and nats >= least)
 
 
