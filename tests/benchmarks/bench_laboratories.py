@@ -316,8 +316,8 @@ def page(rows: list[Record], note: str = "") -> str:
     apart = list(filter(said_confounded, rows))
     known = sum(wrong(d) for d in apart)
     parts.append(
-        f"\n`ambiguous`, with the hidden effect: {len(apart)} of {len(rows)}; in {known} of them the "
-        "effects are not confounded for the ideal analyst."
+        f"\n`ambiguous`, with the hidden effect: {len(apart)} of {len(rows)}; in {known} of them "
+        "the effects are not confounded for the ideal analyst."
     )
     noise = [d["within_arcsec"] / d["truth"]["noise_arcsec_rms"] for d in rows]
     off = sum(abs(ratio - 1) > 0.15 for ratio in noise)
