@@ -138,14 +138,12 @@ static lm_status check_form(const lm_flank_form *form, lm_fault *fault) {
  * five steps is rounding. */
 #define TANGENT_STEPS 6
 
-/* theta of the end of the tangent through the origin: (1 + kappa) tan(theta / 2) = theta. */
+/* theta of the end of the tangent through the origin: (1 + kappa) tan(theta / 2) = theta, with
+ * kappa below 1. */
 static lm_real tangent_end(lm_real kappa) {
   const lm_real ratio = LM_REAL(2) / (LM_REAL(1) + kappa);
   lm_real half;
   int i;
-  if (!(ratio > LM_REAL(1))) {
-    return LM_REAL(0);
-  }
   half = real_sqrt(LM_REAL(3) * (ratio - LM_REAL(1)));
   for (i = 0; i < TANGENT_STEPS; i++) {
     const lm_real t = real_tan(half);
@@ -166,9 +164,7 @@ static lm_s_tooth make_s(const lm_drive *drive, const lm_geometry *g) {
       g->neutral_mm;
   s.datum_across_mm = form->s_M * m / LM_REAL(2);
   s.straight_mm = LM_REAL(0.5) * s.kappa * m * (LM_REAL(1) - real_cos(theta));
-  s.tangent = s.straight_mm > LM_REAL(0)
-                  ? LM_REAL(0.25) * m * (theta - s.kappa * real_sin(theta)) / s.straight_mm
-                  : LM_REAL(0);
+  s.tangent = LM_REAL(0.25) * m * (theta - s.kappa * real_sin(theta)) / s.straight_mm;
   return s;
 }
 

@@ -1,0 +1,573 @@
+/* Flanks other than involutes, and the flanks that they generate. tests/python/test_flanks.py
+ * compares both with polygons. */
+#include "lostmotion/flank.h"
+
+#include <stddef.h>
+
+#include "expect.h"
+#include "lostmotion/conjugate.h"
+#include "lostmotion/mesh.h"
+#include "reference_drives.h"
+
+static lm_drive drive;
+static lm_geometry geometry;
+static lm_neutral_line line;
+static lm_flank flank;
+static lm_mesh mesh;
+static lm_flank_points points;
+
+void setUp(void) {
+}
+void tearDown(void) {
+}
+
+/* The arcs of Liu et al., Machines 13 (2025) 535, section 3.5. */
+static void start_arcs(void) {
+  drive = reference_a();
+  drive.ratio = LM_REAL(50);
+  drive.rated_torque_Nm = LM_REAL(10);
+  drive.teeth.module_mm = LM_REAL(0.5);
+  drive.teeth.flexspline_teeth = 100;
+  drive.teeth.rigid_teeth = 102;
+  drive.teeth.flexspline_shift = LM_REAL(0);
+  drive.teeth.rigid_shift = LM_REAL(0);
+  drive.teeth.rack_addendum = LM_REAL(0.6);
+  drive.teeth.root_clearance = LM_REAL(0.15);
+  drive.teeth.tooth_height = LM_REAL(1.3);
+  drive.teeth.engagement_depth = LM_REAL(1);
+  drive.teeth.flexspline_flank = LM_FLANK_DOUBLE_ARC;
+  drive.teeth.rigid_flank = LM_FLANK_CONJUGATE;
+  drive.generator.type = LM_COSINE;
+  drive.generator.deflection_mm = LM_REAL(0.5);
+  drive.generator.contact_half_angle_rad = LM_REAL(0);
+  drive.flexspline.rim_thickness_mm = LM_REAL(0.7);
+  drive.flank.rho_a = LM_REAL(1.37);
+  drive.flank.l_a = LM_REAL(0.664);
+  drive.flank.X_a = LM_REAL(0.31);
+  drive.flank.rho_f = LM_REAL(1.57);
+  drive.flank.l_f = LM_REAL(0.66);
+  drive.flank.X_f = LM_REAL(0.268);
+}
+
+static void start_s_teeth(void) {
+  start_arcs();
+  drive.teeth.flexspline_flank = LM_FLANK_S_TOOTH;
+  drive.flank.kappa = LM_REAL(0.9);
+  drive.flank.s_M = LM_REAL(1.5);
+}
+
+static void start_low_s_teeth(void) {
+  start_s_teeth();
+  drive.flank.X_M = LM_REAL(-0.3);
+}
+
+static void shape_teeth(void) {
+  ACCEPTED(lm_make_geometry(&drive.teeth, drive.generator.deflection_mm,
+                            drive.flexspline.rim_thickness_mm, &geometry, &fault));
+}
+
+static lm_status make_flank(void) {
+  return lm_make_flank(&drive, &geometry, 1, &flank, &fault);
+}
+
+static void make_mesh(void) {
+  TEST_ASSERT_EQUAL_MESSAGE(
+      LM_OK, lm_make_mesh(&drive, LM_REAL(1), LM_NEUTRAL_LINE_NODES, &mesh, &fault), fault.input);
+}
+
+static lm_real height_of(const lm_flank *of, int i, int count) {
+  return of->low_mm + (of->high_mm - of->low_mm) * LM_REAL(i) / LM_REAL(count);
+}
+
+/* Points of the flank that is made, with its slopes. */
+static void take_points(void) {
+  int i;
+  points.count = LM_FLANK_POINTS_MAX;
+  for (i = 0; i < points.count; i++) {
+    const lm_flank_foot foot = lm_evaluate_flank(&flank, height_of(&flank, i, points.count - 1));
+    points.along_mm[i] = (double)foot.radius_mm;
+    points.across_mm[i] = (double)foot.across_mm;
+    points.slope[i] = (double)(foot.across_slope / foot.along_slope);
+  }
+}
+
+static void start_points(void) {
+  start_arcs();
+  shape_teeth();
+  ACCEPTED(make_flank());
+  take_points();
+  drive.teeth.flexspline_flank = LM_FLANK_POINTS;
+  drive.flank.points = &points;
+}
+
+static lm_real angle_of(lm_real slope) {
+  return LM_REAL(atan((double)slope));
+}
+
+/* Distance of a point of the undeformed tooth from the gear's centre. */
+static lm_real polar_of(const lm_flank_foot *foot) {
+  const double height = (double)(flank.neutral_mm + foot->along_mm);
+  return LM_REAL(hypot(height, (double)foot->across_mm));
+}
+
+/* --- one flank -----------------------------------------------------------------------------------
+ */
+
+static void slope_and_curvature_are_those_of_the_points(void) {
+  const lm_real step = LM_REAL(BOUND(1e-4, 1e-2));
+  int kind;
+  for (kind = 0; kind < 4; kind++) {
+    int i;
+    switch (kind) {
+      case 0:
+        start_arcs();
+        break;
+      case 1:
+        start_s_teeth();
+        break;
+      case 2:
+        start_points();
+        break;
+      default:
+        start_arcs();
+        drive.teeth.flexspline_flank = LM_FLANK_INVOLUTE;
+        drive.teeth.flexspline_shift = LM_REAL(1);
+    }
+    shape_teeth();
+    ACCEPTED(make_flank());
+    for (i = 1; i < 17; i++) { /* not at a node of the spline */
+      const lm_real height = height_of(&flank, i, 17);
+      const lm_flank_foot below = lm_evaluate_flank(&flank, height - step);
+      const lm_flank_foot here = lm_evaluate_flank(&flank, height);
+      const lm_flank_foot above = lm_evaluate_flank(&flank, height + step);
+      const lm_real slope = here.across_slope / here.along_slope;
+      const lm_real turn = angle_of(above.across_slope / above.along_slope) -
+                           angle_of(below.across_slope / below.along_slope);
+      const lm_real length =
+          LM_REAL(2) * step * here.along_slope * LM_REAL(sqrt(1.0 + (double)(slope * slope)));
+      int crossed = 0;
+      int j;
+      for (j = 0; j < flank.joints; j++) {
+        crossed |= fabs((double)(height - flank.joint_mm[j])) < 0.05; /* the curvature jumps */
+      }
+      if (!crossed) {
+        ASSERT_NEAR(BOUND(2e-5, 5e-3), (above.across_mm - below.across_mm) / (LM_REAL(2) * step),
+                    here.across_slope);
+        ASSERT_NEAR(BOUND(1e-3, 3e-1), -turn / length, lm_flank_curvature(&flank, height));
+      }
+      ASSERT_NEAR(BOUND(1e-9, 1e-3), height,
+                  lm_flank_at_radius(&flank, kind == 3 ? height : polar_of(&here)));
+    }
+    ASSERT_NEAR(0, flank.low_mm, lm_flank_at_radius(&flank, LM_REAL(1)));
+    ASSERT_NEAR(0, flank.high_mm, lm_flank_at_radius(&flank, LM_REAL(90)));
+  }
+}
+
+static void a_stated_tangent_is_the_flank_of_its_centres(void) {
+  lm_flank centres;
+  int i;
+  start_arcs();
+  shape_teeth();
+  ACCEPTED(make_flank());
+  centres = flank;
+  drive.flank.delta_L_rad = centres.arc.inclination_rad;
+  drive.flank.h_l = (centres.arc.upper_mm - centres.arc.lower_mm) / drive.teeth.module_mm;
+  ACCEPTED(make_flank());
+  for (i = 0; i <= 20; i++) {
+    const lm_real height = height_of(&flank, i, 20);
+    ASSERT_NEAR(BOUND(1e-12, 1e-5), lm_evaluate_flank(&centres, height).across_mm,
+                lm_evaluate_flank(&flank, height).across_mm);
+  }
+}
+
+static void relief_thins_the_tip_alone(void) {
+  lm_flank plain;
+  start_arcs();
+  drive.flank.tip_relief_mm = LM_REAL(0.01);
+  drive.flank.tip_relief_height = LM_REAL(0.4);
+  shape_teeth();
+  ACCEPTED(lm_make_flank(&drive, &geometry, 0, &plain, &fault));
+  ACCEPTED(make_flank());
+  ASSERT_NEAR(BOUND(1e-12, 1e-6),
+              lm_evaluate_flank(&plain, plain.high_mm).across_mm - LM_REAL(0.01),
+              lm_evaluate_flank(&flank, flank.high_mm).across_mm);
+  ASSERT_NEAR(0, lm_evaluate_flank(&plain, plain.low_mm).across_mm,
+              lm_evaluate_flank(&flank, flank.low_mm).across_mm);
+}
+
+static void an_involute_ends_at_its_base_circle(void) {
+  start_arcs();
+  drive.teeth.flexspline_flank = LM_FLANK_INVOLUTE;
+  drive.teeth.pressure_angle_rad = LM_REAL(10) * DEGREE;
+  drive.teeth.root_clearance = LM_REAL(0.3);
+  shape_teeth();
+  ACCEPTED(make_flank());
+  ASSERT_NEAR(0, geometry.flexspline.base_mm, flank.low_mm);
+  drive = reference_e();
+  shape_teeth();
+  ACCEPTED(make_flank());
+  ASSERT_NEAR(0, geometry.flexspline_tip_mm, flank.low_mm);
+  ASSERT_NEAR(0, geometry.flexspline_root_mm, flank.high_mm);
+}
+
+static void a_path_without_deviation_has_no_tangent(void) {
+  start_s_teeth();
+  shape_teeth();
+  drive.flank.kappa = LM_REAL(LM_KAPPA_MOST);
+  ACCEPTED(make_flank());
+  TEST_ASSERT_TRUE(flank.s.straight_mm > 0);
+  TEST_ASSERT_TRUE(flank.s.straight_mm < LM_REAL(0.02) * drive.teeth.module_mm);
+}
+
+static void kinds_fit_one_gear_or_both(void) {
+  TEST_ASSERT_TRUE(lm_flank_fits(LM_FLANK_INVOLUTE, 0));
+  TEST_ASSERT_TRUE(lm_flank_fits(LM_FLANK_INVOLUTE, 1));
+  TEST_ASSERT_FALSE(lm_flank_fits(LM_FLANK_CONJUGATE, 0));
+  TEST_ASSERT_TRUE(lm_flank_fits(LM_FLANK_CONJUGATE, 1));
+  TEST_ASSERT_TRUE(lm_flank_fits(LM_FLANK_DOUBLE_ARC, 0));
+  TEST_ASSERT_FALSE(lm_flank_fits(LM_FLANK_S_TOOTH, 1));
+  TEST_ASSERT_TRUE(lm_flank_fits(LM_FLANK_POINTS, 1));
+  TEST_ASSERT_FALSE(lm_flank_fits(9, 0));
+}
+
+/* --- refusals of flanks --------------------------------------------------------------------------
+ */
+
+typedef struct refusal {
+  size_t member; /* of lm_drive, lm_real */
+  double value;
+  double inclination_deg;
+  const char *input;
+} refusal;
+
+#define MEMBER(path) offsetof(lm_drive, path)
+
+static void refuse_each(void (*start)(void), const refusal list[], int count, lm_status status) {
+  int i;
+  for (i = 0; i < count; i++) {
+    start();
+    shape_teeth();
+    *(lm_real *)((char *)&drive + list[i].member) = LM_REAL(list[i].value);
+    drive.flank.delta_L_rad = LM_REAL(list[i].inclination_deg) * DEGREE;
+    if (drive.flank.delta_L_rad > 0 && !(drive.flank.h_l > 0)) {
+      drive.flank.h_l = LM_REAL(list[i].member == MEMBER(flank.h_l) ? list[i].value : 0.2);
+    }
+    REFUSED(status, list[i].input, lm_make_flank(&drive, &geometry, 1, &flank, fault_or_null));
+    drive.flank.h_l = 0;
+  }
+}
+
+static void arcs_that_make_no_flank_are_refused(void) {
+  static const refusal contradictions[] = {
+      {MEMBER(flank.rho_a), 1.7, 0, "flank.rho_a, flank.rho_f"},
+      {MEMBER(flank.rho_a), 0.84, 15, "flank.rho_a, teeth.tooth_height"},
+      {MEMBER(flank.X_a), 0.31, 55, "flank.rho_a, flank.X_a"},
+      {MEMBER(flank.h_l), 1.2, 12, "flank.rho_f, flank.X_f"},
+      {MEMBER(flank.rho_f), 0.3, 12, "flank.rho_f, teeth.root_clearance"},
+      {MEMBER(flank.l_a), 1.4, 15, "flank.rho_a, flank.l_a"},
+      {MEMBER(flank.l_a), -0.3, 15, "flank.rho_f, flank.l_f"},
+  };
+  static const refusal ranges[] = {
+      {MEMBER(flank.rho_a), 0.1, 0, "flank.rho_a"},
+      {MEMBER(flank.rho_f), 30, 0, "flank.rho_f"},
+      {MEMBER(flank.h_l), 0.001, 12, "flank.h_l"},
+  };
+  refuse_each(start_arcs, contradictions, 7, LM_INCONSISTENT);
+  refuse_each(start_arcs, ranges, 3, LM_OUT_OF_RANGE);
+}
+
+static void s_teeth_that_make_no_flank_are_refused(void) {
+  static const refusal contradictions[] = {
+      {MEMBER(flank.kappa), 0.7, 0, "flank.kappa, teeth.root_clearance"},
+      {MEMBER(flank.X_M), -0.45, 0, "flank.kappa, teeth.tooth_height"},
+      {MEMBER(flank.s_M), 2.4, 0, "flank.s_M, teeth.root_clearance"},
+  };
+  static const refusal ranges[] = {
+      {MEMBER(flank.kappa), 0.4, 0, "flank.kappa"},
+      {MEMBER(flank.s_M), 3, 0, "flank.s_M"},
+  };
+  static const refusal pointed = {MEMBER(flank.s_M), 0.5, 0, "flank.s_M, teeth.tooth_height"};
+  refuse_each(start_s_teeth, contradictions, 3, LM_INCONSISTENT);
+  refuse_each(start_low_s_teeth, &pointed, 1, LM_INCONSISTENT);
+  refuse_each(start_s_teeth, ranges, 2, LM_OUT_OF_RANGE);
+}
+
+static void refuse_points(lm_status status, const char *input) {
+  REFUSED(status, input, lm_make_flank(&drive, &geometry, 1, &flank, fault_or_null));
+}
+
+static void points_that_make_no_flank_are_refused(void) {
+  start_points();
+  drive.flank.points = 0;
+  refuse_points(LM_NULL, "flank.points");
+  start_points();
+  points.count = 3;
+  refuse_points(LM_OUT_OF_RANGE, "flank.points");
+  points.count = LM_FLANK_POINTS_MAX + 1;
+  refuse_points(LM_OUT_OF_RANGE, "flank.points");
+  start_points();
+  points.along_mm[9] = points.along_mm[8];
+  refuse_points(LM_NOT_MONOTONE, "flank.points");
+  start_points();
+  points.count -= 9;
+  refuse_points(LM_INCONSISTENT, "flank.points, teeth.tooth_height");
+  start_points();
+  points.along_mm[0] += 0.004;
+  refuse_points(LM_INCONSISTENT, "flank.points, teeth.root_clearance");
+  start_points();
+  points.across_mm[points.count - 1] = -0.01;
+  refuse_points(LM_INCONSISTENT, "flank.points, teeth.tooth_height");
+  start_points();
+  points.across_mm[0] = 0.9;
+  refuse_points(LM_INCONSISTENT, "flank.points, teeth.root_clearance");
+  start_arcs();
+  drive.teeth.flexspline_flank = LM_FLANK_CONJUGATE;
+  refuse_points(LM_INCONSISTENT, "teeth.flexspline_flank");
+  REFUSED(LM_NULL, "drive, geometry, flank", lm_make_flank(0, &geometry, 1, &flank, fault_or_null));
+  REFUSED(LM_NULL, "drive, geometry, flank", lm_make_flank(&drive, 0, 1, &flank, fault_or_null));
+  REFUSED(LM_NULL, "drive, geometry, flank", lm_make_flank(&drive, &geometry, 1, 0, fault_or_null));
+}
+
+/* --- the generated flank -------------------------------------------------------------------------
+ */
+
+/* Every contact that no other position of the tooth crosses lies on the table. */
+static int touch_the_table(void) {
+  lm_conjugate_contact contact[8];
+  int touched = 0;
+  int i;
+  for (i = 0; i <= 40; i++) {
+    int count = 0;
+    int k;
+    ACCEPTED(lm_find_conjugate_contacts(&flank, &geometry, &line, height_of(&flank, i, 40), contact,
+                                        8, &count, &fault));
+    for (k = 0; k < count; k++) {
+      const lm_conjugate_contact *c = &contact[k];
+      if (c->radius_mm > mesh.conjugate.low_mm && c->radius_mm < mesh.conjugate.land_mm &&
+          fabs((double)c->beyond_mm) < BOUND(1e-9, 1e-5)) {
+        ASSERT_NEAR(BOUND(1e-6, 2e-5) * (double)drive.teeth.module_mm / (double)c->radius_mm,
+                    c->half_angle_rad,
+                    lm_conjugate_half_angle(&mesh.conjugate, c->radius_mm, &out));
+        touched++;
+      }
+    }
+  }
+  return touched;
+}
+
+static void make_all(void) {
+  shape_teeth();
+  ACCEPTED(lm_make_flank(&drive, &geometry, 0, &flank, &fault));
+  ACCEPTED(lm_make_neutral_line(&drive.generator, LM_INTERNAL, geometry.neutral_mm,
+                                drive.generator.deflection_mm, LM_NEUTRAL_LINE_NODES, &line,
+                                &fault));
+  make_mesh();
+}
+
+static void a_conjugate_flank_touches_in_its_zones(void) {
+  static const lm_generator_type types[] = {LM_COSINE, LM_ELLIPSE, LM_DISCS, LM_ROLLERS};
+  int k;
+  for (k = 0; k < 4; k++) {
+    start_arcs();
+    drive.generator.type = types[k];
+    drive.generator.contact_half_angle_rad = LM_REAL(k < 2 ? 0 : 25) * DEGREE;
+    make_all();
+    TEST_ASSERT_TRUE(touch_the_table() > 8);
+    start_s_teeth();
+    drive.generator.type = types[k];
+    drive.generator.contact_half_angle_rad = LM_REAL(k < 2 ? 0 : 25) * DEGREE;
+    make_all();
+    TEST_ASSERT_TRUE(touch_the_table() > 8);
+  }
+}
+
+/* Random arcs and S teeth: the flank is generated, and the tooth that generates it does not cross
+ * it at its own nominal deflection. */
+static void a_tooth_does_not_cross_the_flank_that_it_generates(void) {
+  uint32_t seed = 5;
+  int made = 0;
+  int n;
+  for (n = 0; n < 600; n++) {
+    int i;
+    if (n % 2 == 0) {
+      start_arcs();
+      drive.flank.rho_a = LM_REAL(draw(&seed, 0.9, 2));
+      drive.flank.X_a = LM_REAL(draw(&seed, 0, 0.5));
+      drive.flank.l_a = LM_REAL(sqrt((double)(drive.flank.rho_a * drive.flank.rho_a -
+                                              drive.flank.X_a * drive.flank.X_a)) -
+                                draw(&seed, 0.55, 0.72));
+      drive.flank.rho_f = LM_REAL(draw(&seed, 1, 2));
+      drive.flank.delta_L_rad = LM_REAL(draw(&seed, 8, 20)) * DEGREE;
+      drive.flank.h_l = LM_REAL(draw(&seed, 0.05, 0.35));
+    } else {
+      start_s_teeth();
+      drive.flank.kappa = LM_REAL(draw(&seed, 0.75, 0.995));
+      drive.flank.X_M = LM_REAL(draw(&seed, -0.15, 0.1));
+      drive.flank.s_M = LM_REAL(draw(&seed, 1.3, 1.6));
+    }
+    drive.generator.type = n % 3 == 0 ? LM_DISCS : LM_COSINE;
+    drive.generator.contact_half_angle_rad = LM_REAL(n % 3 == 0 ? draw(&seed, 20, 40) : 0) * DEGREE;
+    drive.generator.deflection_mm = LM_REAL(draw(&seed, 0.85, 1.15)) * drive.teeth.module_mm;
+    drive.planar_only = 1;
+    if (lm_make_mesh(&drive, LM_REAL(1), LM_NEUTRAL_LINE_NODES, &mesh, &fault) != LM_OK) {
+      continue;
+    }
+    made++;
+    for (i = 0; i < 60; i += 5) {
+      const lm_clearance tooth = lm_tooth_clearance(&mesh, LM_REAL(i) * DEGREE);
+      TEST_ASSERT_TRUE((double)tooth.forward.gap_rad > -BOUND(2e-3, 5e-2) * (double)ARCMIN);
+      TEST_ASSERT_TRUE((double)tooth.backward.gap_rad > -BOUND(2e-3, 5e-2) * (double)ARCMIN);
+    }
+  }
+  TEST_ASSERT_TRUE(made > 300);
+}
+
+static void shift_and_backlash_displace_the_flank(void) {
+  lm_conjugate plain;
+  lm_conjugate moved;
+  int i;
+  start_arcs();
+  make_all();
+  ACCEPTED(lm_make_conjugate(&flank, &geometry, &line, 0, 0, &plain, &fault));
+  ACCEPTED(lm_make_conjugate(&flank, &geometry, &line, 0, LM_REAL(0.003), &moved, &fault));
+  for (i = 1; i < 20; i++) {
+    const lm_real radius = plain.low_mm + (plain.land_mm - plain.low_mm) * LM_REAL(i) / LM_REAL(20);
+    const lm_involute_point at = lm_evaluate_conjugate(&moved, radius);
+    ASSERT_NEAR(BOUND(1e-8, 1e-5),
+                lm_conjugate_half_angle(&plain, radius, &out) + LM_REAL(0.003) / radius,
+                at.half_angle_rad);
+    ASSERT_NEAR(BOUND(1e-12, 1e-6), atan((double)at.tangent), at.pressure_angle_rad);
+  }
+  /* The land is radial. */
+  (void)lm_conjugate_half_angle(&moved, moved.top_mm, &out);
+  ASSERT_NEAR(0, 0, out);
+  /* A shift moves the flank radially. */
+  ACCEPTED(lm_make_conjugate(&flank, &geometry, &line, LM_REAL(0.01), 0, &moved, &fault));
+  ASSERT_NEAR(BOUND(1e-9, 1e-4), plain.top_mm + LM_REAL(0.01), moved.top_mm);
+}
+
+static void tips_that_do_not_reach_are_refused(void) {
+  lm_conjugate made;
+  lm_conjugate_contact contact[2];
+  int count;
+  start_arcs();
+  make_all();
+  REFUSED(LM_INCONSISTENT, "teeth.engagement_depth",
+          lm_make_conjugate(&flank, &geometry, &line, LM_REAL(-1), 0, &made, fault_or_null));
+  REFUSED(LM_NULL, "flank, geometry, line, conjugate",
+          lm_make_conjugate(0, &geometry, &line, 0, 0, &made, fault_or_null));
+  REFUSED(LM_NULL, "flank, geometry, line, conjugate",
+          lm_make_conjugate(&flank, 0, &line, 0, 0, &made, fault_or_null));
+  REFUSED(LM_NULL, "flank, geometry, line, conjugate",
+          lm_make_conjugate(&flank, &geometry, 0, 0, 0, &made, fault_or_null));
+  REFUSED(LM_NULL, "flank, geometry, line, conjugate",
+          lm_make_conjugate(&flank, &geometry, &line, 0, 0, 0, fault_or_null));
+  OUTSIDE("parameter_mm", lm_find_conjugate_contacts(&flank, &geometry, &line, LM_REAL(1), contact,
+                                                     2, &count, fault_or_null));
+#define CONTACTS_NULL(f, g, l, c, n)                         \
+  REFUSED(LM_NULL, "flank, geometry, line, contacts, count", \
+          lm_find_conjugate_contacts(f, g, l, flank.low_mm, c, 2, n, fault_or_null))
+  CONTACTS_NULL(0, &geometry, &line, contact, &count);
+  CONTACTS_NULL(&flank, 0, &line, contact, &count);
+  CONTACTS_NULL(&flank, &geometry, 0, contact, &count);
+  CONTACTS_NULL(&flank, &geometry, &line, 0, &count);
+  CONTACTS_NULL(&flank, &geometry, &line, contact, 0);
+}
+
+/* --- a circular spline of points -----------------------------------------------------------------
+ */
+
+/* Points of the generated space from below its tip to its land. */
+static void take_space(void) {
+  int i;
+  points.count = LM_FLANK_POINTS_MAX;
+  for (i = 0; i < points.count; i++) {
+    const lm_real from = mesh.conjugate.low_mm - LM_REAL(0.02);
+    const lm_real radius =
+        from + (mesh.conjugate.land_mm - from) * LM_REAL(i) / LM_REAL(points.count - 1);
+    const lm_involute_point at = lm_evaluate_conjugate(&mesh.conjugate, radius);
+    const double half = (double)at.half_angle_rad;
+    const double turned = half + (double)at.pressure_angle_rad * -1.0;
+    points.across_mm[i] = (double)radius * sin(half);
+    points.along_mm[i] = (double)radius * cos(half);
+    points.slope[i] = tan(turned);
+  }
+}
+
+static void points_of_a_space_have_its_clearances(void) {
+  lm_mesh stated;
+  int i;
+  start_arcs();
+  make_all();
+  take_space();
+  drive.teeth.rigid_flank = LM_FLANK_POINTS;
+  drive.flank.rigid_points = &points;
+  ACCEPTED(lm_make_mesh(&drive, LM_REAL(1), LM_NEUTRAL_LINE_NODES, &stated, &fault));
+  for (i = 0; i < 45; i++) {
+    const lm_real angle = LM_REAL(i) * DEGREE;
+    const lm_gap made = lm_tooth_clearance(&mesh, angle).forward;
+    const lm_gap found = lm_tooth_clearance(&stated, angle).forward;
+    TEST_ASSERT_EQUAL(isfinite(made.gap_rad) != 0, isfinite(found.gap_rad) != 0);
+    if (isfinite(made.gap_rad)) {
+      ASSERT_NEAR(BOUND(2e-3, 2e-2) * (double)ARCMIN, made.gap_rad, found.gap_rad);
+    }
+  }
+}
+
+static void refuse_space(lm_status status, const char *input) {
+  lm_conjugate made;
+  REFUSED(status, input, lm_tabulate_rigid_points(&points, &geometry, 0, 0, &made, fault_or_null));
+}
+
+static void spaces_that_make_no_mesh_are_refused(void) {
+  lm_conjugate made;
+  int i;
+  start_arcs();
+  make_all();
+  REFUSED(LM_NULL, "flank.rigid_points",
+          lm_tabulate_rigid_points(0, &geometry, 0, 0, &made, fault_or_null));
+  REFUSED(LM_NULL, "geometry, conjugate",
+          lm_tabulate_rigid_points(&points, 0, 0, 0, &made, fault_or_null));
+  REFUSED(LM_NULL, "geometry, conjugate",
+          lm_tabulate_rigid_points(&points, &geometry, 0, 0, 0, fault_or_null));
+  take_space();
+  points.count = 3;
+  refuse_space(LM_OUT_OF_RANGE, "flank.rigid_points");
+  take_space();
+  points.along_mm[9] = points.along_mm[8];
+  refuse_space(LM_NOT_MONOTONE, "flank.rigid_points");
+  take_space();
+  points.count = 90;
+  refuse_space(LM_INCONSISTENT, "flank.rigid_points, teeth.engagement_depth");
+  take_space();
+  for (i = 0; i < points.count; i++) {
+    points.along_mm[i] += 0.03;
+  }
+  refuse_space(LM_INCONSISTENT, "flank.rigid_points, teeth.engagement_depth");
+  take_space();
+  points.across_mm[9] = 0.9;
+  refuse_space(LM_INCONSISTENT, "flank.rigid_points");
+  take_space();
+  points.across_mm[9] = -0.1;
+  refuse_space(LM_INCONSISTENT, "flank.rigid_points");
+}
+
+int main(void) {
+  UNITY_BEGIN();
+  RUN_TEST(slope_and_curvature_are_those_of_the_points);
+  RUN_TEST(a_stated_tangent_is_the_flank_of_its_centres);
+  RUN_TEST(relief_thins_the_tip_alone);
+  RUN_TEST(an_involute_ends_at_its_base_circle);
+  RUN_TEST(a_path_without_deviation_has_no_tangent);
+  RUN_TEST(kinds_fit_one_gear_or_both);
+  RUN_TEST(arcs_that_make_no_flank_are_refused);
+  RUN_TEST(s_teeth_that_make_no_flank_are_refused);
+  RUN_TEST(points_that_make_no_flank_are_refused);
+  RUN_TEST(a_conjugate_flank_touches_in_its_zones);
+  RUN_TEST(a_tooth_does_not_cross_the_flank_that_it_generates);
+  RUN_TEST(shift_and_backlash_displace_the_flank);
+  RUN_TEST(tips_that_do_not_reach_are_refused);
+  RUN_TEST(points_of_a_space_have_its_clearances);
+  RUN_TEST(spaces_that_make_no_mesh_are_refused);
+  return UNITY_END();
+}
