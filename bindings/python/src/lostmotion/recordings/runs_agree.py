@@ -3,6 +3,10 @@
 A run that was logged with a reversed sign, or in another unit, has a torsion curve that no drive
 with the curve of the other runs can have. It would spoil every fit, so it is refused. Only runs
 that show a torsion curve are compared: the lost motion follows the torque.
+
+An error that depends on the output angle, such as an eccentricity, may reverse the slope of a
+recording too, but not its hysteresis: friction dissipates work in every drive. So a sign counts as
+reversed, or lost, only if the drive would return work.
 """
 
 from __future__ import annotations
@@ -65,12 +69,15 @@ class Loop:
         rad/Nm, by least squares.
     torque, lost : float
         Standard deviations, in Nm and rad.
+    width : float
+        Mean width of the hysteresis, rad: dissipated work relative to the path of the torque.
     """
 
     run: Run
     slope: float
     torque: float
     lost: float
+    width: float
 
 
 def loops_of(campaign: Campaign) -> list[Loop]:
@@ -82,7 +89,8 @@ def loops_of(campaign: Campaign) -> list[Loop]:
             continue
         torque = torque - torque.mean()
         slope = float(torque @ lost) / float(torque @ torque)
-        found.append(Loop(run, slope, float(np.std(torque)), float(np.std(lost))))
+        width = dissipated_work(torque, lost) / float(np.sum(np.abs(np.diff(torque))))
+        found.append(Loop(run, slope, float(np.std(torque)), float(np.std(lost)), width))
     swing = float(np.median([loop.torque for loop in found])) if found else 0.0
     return [loop for loop in found if loop.torque >= SWING_SHARE * swing]
 
@@ -104,17 +112,17 @@ def check_runs_agree(campaign: Campaign) -> None:
         return
     falling = [loop for loop in loops if loop.slope < 0]
     rising = [loop for loop in loops if loop.slope > 0]
-    if falling and rising:
-        few, many, way = (
-            (falling, rising, "falls")
-            if len(falling) <= len(rising)
-            else (rising, falling, "rises")
-        )
+    few, many, way = (
+        (falling, rising, "falls") if len(falling) <= len(rising) else (rising, falling, "rises")
+    )
+    usual = float(np.median([loop.width * np.sign(loop.slope) for loop in many]))
+    reversed_runs = [loop for loop in few if loop.width * np.sign(loop.slope) > usual / LOAD_SAME]
+    if usual > 0 and reversed_runs:
         refuse_loops(
-            few,
+            reversed_runs,
             LOST,
-            f"a lost motion that {way} with increasing torque in {runs_in_words(few)}, unlike in "
-            f"{runs_in_words(many)}",
+            f"a lost motion that {way} with increasing torque in {runs_in_words(reversed_runs)}, "
+            f"unlike in {runs_in_words(many)}",
             "one sign of torque and angles in all runs",
         )
     torque = float(np.median([loop.torque for loop in loops]))
@@ -154,10 +162,13 @@ def check_magnitudes(campaign: Campaign) -> None:
         one_sided = min(float(torque.max()), -float(torque.min())) <= ONE_SIDED * most
         zero = lost[np.abs(torque) <= NEAR_ZERO * most]
         if one_sided and zero.size:
+            returned = returns_work(lost - np.median(zero), torque)
             lost = np.abs(lost - np.median(zero))
+        else:
+            returned = returns_work(torque, lost)
         if not one_sided and min(float(torque.max()), -float(torque.min())) < 0.5 * most:
             continue
-        if linear_share(np.abs(torque), lost) >= CURVE_SHARE:
+        if linear_share(np.abs(torque), lost) >= CURVE_SHARE and returned:
             column, other = ("torque_Nm", "lost motion") if one_sided else (LOST, "torque")
             raise InputError(
                 run.file,
@@ -166,6 +177,29 @@ def check_magnitudes(campaign: Campaign) -> None:
                 "returns",
                 "values with their sign; or the recordings without this run",
             )
+
+
+def area(along: FloatArray, over: FloatArray) -> float:
+    """Integral of `over` d(`along`)."""
+    return float(np.sum(np.diff(along) * (over[1:] + over[:-1]) / 2))
+
+
+def dissipated_work(torque: FloatArray, lost: FloatArray) -> float:
+    """Work that a drive dissipates from the first to the last time at the median torque, Nm rad.
+
+    The integral of -lost motion d(torque) needs no closed loop, only the same torque at both ends.
+    """
+    above = torque > np.median(torque)
+    at = np.flatnonzero(above[1:] != above[:-1])
+    part = slice(at[0], at[-1] + 2) if at.size else slice(0)
+    return -area(torque[part], lost[part])
+
+
+def returns_work(along: FloatArray, over: FloatArray) -> bool:
+    """Whether the loop turns one way where `along` is positive, the other way where negative."""
+    along, over = np.append(along, along[0]), np.append(over, over[0])
+    halves = [area(side(along, 0.0), over) for side in (np.fmax, np.fmin)]
+    return halves[0] * halves[1] < 0 and min(np.abs(halves)) > max(np.abs(halves)) / LOAD_SAME
 
 
 def linear_share(torque: FloatArray, lost: FloatArray) -> float:
