@@ -125,6 +125,7 @@ void lm_axis_set_zero(lm_axis *a, float zero_rad) {
   if (is_finite(zero_rad)) {
     a->command_rad += zero_rad - a->zero_rad;
     a->zero_rad = zero_rad;
+    forget_standstill(a); /* a torque that is computed from the angle changes */
   }
 }
 

@@ -13,6 +13,10 @@ static int32_t to_increments(float value) {
   return (int32_t)(value < 0 ? value - 0.5f : value + 0.5f);
 }
 
+static int is_finite(float value) {
+  return value - value == 0;
+}
+
 static lm_status refuse(lm_fault *fault, lm_status status, const char *input, float found,
                         float low, float high) {
   if (fault) {
@@ -102,13 +106,18 @@ float cia402_reported(const cia402_axis *axis, const cia402_input *in) {
 }
 
 void cia402_set_zero(cia402_axis *axis, float zero_rad) {
-  axis->command_rad += zero_rad - axis->zero_rad;
-  axis->zero_rad = zero_rad;
+  if (is_finite(zero_rad)) {
+    axis->command_rad += zero_rad - axis->zero_rad;
+    axis->zero_rad = zero_rad;
+  }
 }
 
 float cia402_reference(cia402_axis *axis, const cia402_input *in, float angle_rad) {
   const float shift_rad = angle_rad - cia402_reported(axis, in);
   const float late_rad = axis->correction.correction_rad + axis->correction.lost_motion_rad;
+  if (!is_finite(shift_rad)) {
+    return -1;
+  }
   cia402_set_zero(axis, axis->zero_rad + shift_rad);
   if (axis->drive.output_loop) {
     return 0;
@@ -136,7 +145,9 @@ static void expect_motion(cia402_axis *axis) {
 }
 
 void cia402_hold(cia402_axis *axis) {
-  if (!axis->held && !axis->drive.output_loop) {
+  if (axis->drive.output_loop) {
+    expect_motion(axis);
+  } else if (!axis->held) {
     axis->held = 1;
     axis->held_inc = axis->sent.target_position + axis->sent.position_offset;
     expect_motion(axis);
@@ -170,9 +181,10 @@ lm_status cia402_change(cia402_axis *axis, const lm_parameters *parameters, lm_f
 
 /* Time for which the correction has stood since the motor followed it last. */
 static void find_stood(cia402_axis *axis, int follows) {
-  const uint32_t faded = axis->correction.status & (LM_STATE_FADED | LM_STATE_RINGING);
-  if (faded != axis->faded) {
-    axis->faded = faded;
+  const uint32_t state =
+      axis->correction.status & (LM_STATE_FADED | LM_STATE_RINGING | NOT_TO_ENABLE);
+  if (state != axis->moving_state) {
+    axis->moving_state = state;
     expect_motion(axis);
   }
   if (follows || (axis->correction.status & NOT_TO_ENABLE)) {
@@ -182,6 +194,12 @@ static void find_stood(cia402_axis *axis, int follows) {
   if (axis->stood_s >= CIA402_STAND_S) {
     axis->moves_alone = 0;
   }
+}
+
+/* A loop on the output need not wait until the correction stands. */
+static int may_enable(const cia402_axis *axis) {
+  return axis->drive.output_loop ? !(axis->correction.status & NOT_TO_ENABLE)
+                                 : axis->stood_s >= CIA402_STAND_S;
 }
 
 /* Steps through the drive's states, one per cycle. */
@@ -209,9 +227,7 @@ cia402_output cia402_cycle(cia402_axis *axis, const cia402_input *in, const lm_c
   judge_ringing(axis, enabled);
   axis->held = axis->held && enabled && enable;
   find_stood(axis, enabled && !axis->held && !axis->drive.output_loop);
-  axis->sent.controlword = controlword(
-      in->statusword,
-      enable && (enabled || axis->drive.output_loop || axis->stood_s >= CIA402_STAND_S));
+  axis->sent.controlword = controlword(in->statusword, enable && (enabled || may_enable(axis)));
   axis->sent.position_offset = find_offset(axis);
   axis->sent.velocity_offset = find_rate(axis, enabled);
   if (axis->held) {
@@ -219,9 +235,9 @@ cia402_output cia402_cycle(cia402_axis *axis, const cia402_input *in, const lm_c
     reported_rad = axis->zero_rad + (float)standing / axis->increments_per_rad;
   }
   if (enabled && enable && !axis->held) {
-    axis->command_rad = wish_rad;
+    axis->command_rad = is_finite(wish_rad) ? wish_rad : axis->command_rad;
     axis->sent.target_position =
-        to_increments((wish_rad - axis->zero_rad) * axis->increments_per_rad);
+        to_increments((axis->command_rad - axis->zero_rad) * axis->increments_per_rad);
   } else {
     /* At rest, braking, held or moved from outside: the target follows the output, no jump. */
     axis->command_rad = reported_rad;

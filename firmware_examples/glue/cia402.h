@@ -80,11 +80,11 @@ typedef struct cia402_axis {
   lm_standstill standstill; /* of the correction */
   float stood_s;
   lm_mode mode;
-  int32_t rang;        /* LM_STATE_RINGING was set while the drive was enabled */
-  int32_t held;        /* cia402_hold */
-  int32_t held_inc;    /* demand of the motor meanwhile: target and offset */
-  int32_t moves_alone; /* the correction moves to a new target, the load does not */
-  uint32_t faded;      /* bits of the last cycle that change the target */
+  int32_t rang;          /* LM_STATE_RINGING was set while the drive was enabled */
+  int32_t held;          /* cia402_hold */
+  int32_t held_inc;      /* demand of the motor meanwhile: target and offset */
+  int32_t moves_alone;   /* the correction moves to a new target, the load does not */
+  uint32_t moving_state; /* bits of the last cycle that change the target */
   cia402_output sent;
 } cia402_axis;
 
@@ -104,8 +104,9 @@ lm_status cia402_start(cia402_axis *axis, const cia402_drive *drive,
 
 /* One sync period. wish_rad: the desired output angle. Until statusword reports OPERATION_ENABLED
  * it is not used, and the planner starts at command_rad of the cycle before, which follows the
- * output. enable 0: quick stop, then switched off; 1: the drive is enabled once the correction has
- * stood for CIA402_STAND_S. Steps the compensator in every state of the drive. */
+ * output; if it is not finite, it is replaced by the one before. enable 0: quick stop, then
+ * switched off; 1: the drive is enabled once the correction has stood for CIA402_STAND_S, an
+ * output_loop once no condition is missing. Steps the compensator in every state of the drive. */
 cia402_output cia402_cycle(cia402_axis *axis, const cia402_input *in, const lm_conditions *at,
                            float wish_rad, int32_t enable);
 
@@ -113,7 +114,8 @@ cia402_output cia402_cycle(cia402_axis *axis, const cia402_input *in, const lm_c
  * does not: a mode, parameters, another source of the torque. Target plus offset then stays, and
  * command_rad follows the offset. The planner is at rest. cia402_release returns 1 while the
  * correction has not stood for CIA402_STAND_S: call it again in the next cycle. After 0 the planner
- * starts at command_rad. An output_loop needs neither. */
+ * starts at command_rad. With an output_loop the motor is not held: the loop holds the output, and
+ * the velocity offset is 0 until the correction stands again. */
 void cia402_hold(cia402_axis *axis);
 int32_t cia402_release(cia402_axis *axis);
 
@@ -126,12 +128,13 @@ lm_status cia402_change(cia402_axis *axis, const lm_parameters *parameters, lm_f
 /* Output angle as reported to the planner. */
 float cia402_reported(const cia402_axis *axis, const cia402_input *in);
 
-/* Homing: the output is now at angle_rad. command_rad shifts with the zero, so nothing moves.
- * Returns by how much the zero may be wrong, rad (lm_axis_reference). */
+/* Homing: the output is now at angle_rad. command_rad shifts with the zero: nothing moves if the
+ * torque does not depend on the angle (lm_axis_reference). Returns by how much the zero may be
+ * wrong, rad, if the torque is right; -1, and changes nothing, if an angle is not finite. */
 float cia402_reference(cia402_axis *axis, const cia402_input *in, float angle_rad);
 
-/* A stored zero_rad of an absolute encoder, after cia402_start. Nothing moves if the planner
- * continues from command_rad. */
+/* A stored zero_rad of an absolute encoder, after cia402_start; ignored if it is not finite.
+ * Nothing moves if the planner continues from command_rad. */
 void cia402_set_zero(cia402_axis *axis, float zero_rad);
 
 #endif

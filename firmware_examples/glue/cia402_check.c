@@ -115,6 +115,28 @@ static int check_hold(cell *c, float *wish_rad) {
   return 0;
 }
 
+static float not_a_number(void) {
+  volatile float none = 0;
+  return none / none;
+}
+
+/* A wish, a latch or a zero that is not finite: nothing moves, and the zero remains. */
+static int check_not_finite(cell *c, float *wish_rad) {
+  float no_number = not_a_number();
+  const float zero_rad = c->axis.zero_rad;
+  const cia402_input in = read_drive(c);
+  c->largest_rad = 0;
+  cycles(c, STAND_CYCLES, LOAD_NM, &no_number, 0, 1);
+  if (cia402_reference(&c->axis, &in, no_number) >= 0) {
+    return 21;
+  }
+  cia402_set_zero(&c->axis, no_number);
+  cycles(c, STAND_CYCLES, LOAD_NM, wish_rad, 0, 1);
+  return c->largest_rad > STEP_RAD || c->axis.zero_rad < zero_rad || c->axis.zero_rad > zero_rad
+             ? 21
+             : 0;
+}
+
 static void swing(cell *c, float *wish_rad, int enable) {
   int k;
   for (k = 0; k < 10; ++k) {
@@ -143,7 +165,7 @@ static int check_ringing(cell *c, float *wish_rad) {
   return c->axis.correction.status & LM_STATE_RINGING ? 20 : 0;
 }
 
-/* A loop on the output: enabled at once, only the rate of the correction is sent. */
+/* A loop on the output: enabled with the first torque, only the rate of the correction is sent. */
 static int check_output_loop(cell *c, lm_conditions *at) {
   static const cia402_drive drive = {INCREMENTS, 1, 50, -5, 1, 1};
   cia402_input in = {CIA402_SWITCH_ON_DISABLED, 1234567};
@@ -153,6 +175,17 @@ static int check_output_loop(cell *c, lm_conditions *at) {
   int k;
   if (cia402_start(&c->axis, &drive, &joint_parameters, 0, at, &in, &fault) != LM_OK) {
     return 10;
+  }
+  at->torque_Nm = not_a_number(); /* of a sensor that is not ready */
+  for (k = 0; k < 10; ++k) {
+    out = cia402_cycle(&c->axis, &in, at, c->axis.command_rad, 1);
+    if (out.controlword == CIA402_SHUTDOWN) {
+      return 22;
+    }
+  }
+  at->torque_Nm = LOAD_NM;
+  for (k = 0; k < 2 * STAND_CYCLES; ++k) { /* the correction moves alone, until it stands */
+    (void)cia402_cycle(&c->axis, &in, at, c->axis.command_rad, 0);
   }
   for (k = 0; k < 100; ++k) {
     out = cia402_cycle(&c->axis, &in, at, c->axis.command_rad, 1);
@@ -176,7 +209,23 @@ static int check_output_loop(cell *c, lm_conditions *at) {
       return 13;
     }
   }
-  return is_close(c->axis.correction.correction_rad, 0) ? 0 : 13;
+  if (!is_close(c->axis.correction.correction_rad, 0)) {
+    return 13;
+  }
+  /* Nor does another source of the torque. */
+  cia402_set_mode(&c->axis, LM_MODE_RUN);
+  for (k = 0; k < 2 * STAND_CYCLES; ++k) {
+    (void)cia402_cycle(&c->axis, &in, at, c->axis.command_rad, 1);
+  }
+  cia402_hold(&c->axis);
+  at->torque_Nm = LOAD_NM;
+  for (k = 0; k < 2 * STAND_CYCLES; ++k) {
+    out = cia402_cycle(&c->axis, &in, at, c->axis.command_rad, 1);
+    if (out.velocity_offset != 0 || cia402_release(&c->axis)) {
+      return 23;
+    }
+  }
+  return 0;
 }
 
 int check_cia402(void) {
@@ -241,6 +290,7 @@ int check_cia402(void) {
     return 7;
   }
   k = check_hold(&c, &wish_rad);
+  k = k ? k : check_not_finite(&c, &wish_rad);
   k = k ? k : check_ringing(&c, &wish_rad);
   if (k) {
     return k;
