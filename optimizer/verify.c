@@ -290,8 +290,8 @@ void lm_round_design(lm_task_state *s, const lm_task *task) {
         unit[k] = lm_clip(unit[k]);
       }
     }
-    evaluated = evaluated && cheap ? lm_evaluate_task_grades(s, unit)
-                                   : lm_evaluate_task_point(s, unit, 0);
+    evaluated =
+        evaluated && cheap ? lm_evaluate_task_grades(s, unit) : lm_evaluate_task_point(s, unit, 0);
   }
 }
 

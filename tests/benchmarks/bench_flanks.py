@@ -82,8 +82,9 @@ def draw(drives: dict[str, Drive]) -> str:
     for i, (flank, drive) in enumerate(drives.items()):
         model = DesignModel(drive.design)
         mesh = make_mesh(model)
-        middle = (mesh.geometry.flexspline_tip_mm + mesh.geometry.neutral_mm) / 2 + 0.6 * mesh.geometry.module_mm
-        scale = width / (PITCHES * 3.1416 * mesh.geometry.module_mm)
+        geometry = mesh.geometry
+        middle = (geometry.flexspline_tip_mm + geometry.neutral_mm) / 2 + 0.6 * geometry.module_mm
+        scale = width / (PITCHES * 3.1416 * geometry.module_mm)
         view = View((14 + i * (width + 14), 36.0, width, height), scale, 0.0, middle)
         draw_view(picture, mesh, first_touches(model, []), view, PROFILES[flank])
     return picture.render()
