@@ -125,6 +125,8 @@ def check_runs_agree(campaign: Campaign) -> None:
             f"unlike in {runs_in_words(many)}",
             "one sign of torque and angles in all runs",
         )
+    if len(loops) == 2:  # two units: neither is that of the others
+        return
     torque = float(np.median([loop.torque for loop in loops]))
     lost = float(np.median([loop.lost for loop in loops]))
     for column, own, usual, other, other_usual in (
@@ -179,7 +181,7 @@ def check_magnitudes(campaign: Campaign) -> None:
             )
 
 
-def area(along: FloatArray, over: FloatArray) -> float:
+def integral_over(along: FloatArray, over: FloatArray) -> float:
     """Integral of `over` d(`along`)."""
     return float(np.sum(np.diff(along) * (over[1:] + over[:-1]) / 2))
 
@@ -192,13 +194,13 @@ def dissipated_work(torque: FloatArray, lost: FloatArray) -> float:
     above = torque > np.median(torque)
     at = np.flatnonzero(above[1:] != above[:-1])
     part = slice(at[0], at[-1] + 2) if at.size else slice(0)
-    return -area(torque[part], lost[part])
+    return -integral_over(torque[part], lost[part])
 
 
 def returns_work(along: FloatArray, over: FloatArray) -> bool:
     """Whether the loop turns one way where `along` is positive, the other way where negative."""
     along, over = np.append(along, along[0]), np.append(over, over[0])
-    halves = [area(side(along, 0.0), over) for side in (np.fmax, np.fmin)]
+    halves = [integral_over(side(along, 0.0), over) for side in (np.fmax, np.fmin)]
     return halves[0] * halves[1] < 0 and min(np.abs(halves)) > max(np.abs(halves)) / LOAD_SAME
 
 
