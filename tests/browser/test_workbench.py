@@ -788,6 +788,8 @@ def test_every_tab_keeps_the_guidelines_for_accessible_pages(
             for tab in TABS:
                 view.turn_to(tab)
                 view.idle()
+                at_rest = partial(view.driver.execute_script, AT_REST, scheme)
+                view.wait(at_rest, "the end of the transitions")
                 found = view.driver.execute_async_script(AXE)
                 assert found == [], f"{tab} at {width}, {scheme}"
         # The button, which the keyboard reaches, opens the file dialog.
