@@ -445,6 +445,19 @@ static int edges_of(const lm_drive *drive) {
   return drive->planar_only ? 1 : LM_EDGES;
 }
 
+/* Where there are axial sections, the outer ones are the edges. */
+static lm_status make_edges(const lm_drive *drive, int nodes, lm_design_workspace *workspace,
+                            lm_fault *fault) {
+  const int sections = drive->axial_sections;
+  if ((sections > 1) == (edges_of(drive) > 1)) {
+    workspace->face[0] = workspace->meshes[0];
+    workspace->face[edges_of(drive) - 1] = workspace->meshes[sections - 1];
+    return LM_OK;
+  }
+  return lm_make_face_like(drive, edges_of(drive), nodes, &workspace->meshes[0], workspace->face,
+                           fault);
+}
+
 /* The angle varies slowest, then section, then flank; the ends of the overlap are last. The angles
  * that are measured from the axis are first and rise. */
 static void measure_gaps(const lm_problem *problem, const lm_scan *scan, const lm_drive *drive,
@@ -516,8 +529,7 @@ lm_status lm_measure_drive(const lm_problem *problem, const lm_scan *scan, const
     lm_keep_worst_load(&gapless[p].load, p == 0, &load);
   }
   if (status == LM_OK) {
-    status = lm_make_face_like(drive, edges_of(drive), scan->nodes, &workspace->meshes[0],
-                               workspace->face, fault);
+    status = make_edges(drive, scan->nodes, workspace, fault);
   }
   if (status == LM_OK) {
     status = lm_check_design(drive, workspace->face, edges_of(drive), &apart, &load, check, fault);

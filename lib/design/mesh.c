@@ -742,6 +742,15 @@ static lm_real within_lobe(lm_real angle_rad) {
   return angle_rad > HALF_PI ? HALF_PI : angle_rad;
 }
 
+/* The same tooth on the other side of the deformation axis. */
+static lm_clearance mirror_clearance(const lm_clearance *tooth) {
+  lm_clearance mirrored;
+  mirrored.angle_rad = -tooth->angle_rad;
+  mirrored.forward = tooth->backward;
+  mirrored.backward = tooth->forward;
+  return mirrored;
+}
+
 lm_status lm_lobe_clearances(const lm_mesh *mesh, lm_real phase_rad, lm_clearance clearances[],
                              int capacity, int *count, lm_fault *fault) {
   const lm_status status = check_pointers(mesh, clearances, count, fault);
@@ -750,6 +759,7 @@ lm_status lm_lobe_clearances(const lm_mesh *mesh, lm_real phase_rad, lm_clearanc
   lm_real shift; /* pitches */
   int first;
   int last;
+  int twice; /* the shift, half pitches */
   int k;
   if (status != LM_OK) {
     return status;
@@ -767,9 +777,15 @@ lm_status lm_lobe_clearances(const lm_mesh *mesh, lm_real phase_rad, lm_clearanc
   if (last - first + 1 > capacity) {
     return refuse_capacity(fault, "capacity", capacity, last - first + 1);
   }
-  for (k = first; k <= last; k++) {
+  /* The flanks of a tooth are those of the tooth at the opposite angle, -k - 2 shift, exchanged. */
+  twice = (int)(LM_REAL(2) * shift + LM_REAL(0.5));
+  for (k = last; k >= first; k--) {
+    const lm_real angle = within_lobe((LM_REAL(k) + shift) / quarter * HALF_PI);
+    const int opposite = -k - twice;
+    const int known =
+        opposite > k && opposite <= last && clearances[opposite - first].angle_rad == -angle;
     clearances[k - first] =
-        lm_tooth_clearance(mesh, within_lobe((LM_REAL(k) + shift) / quarter * HALF_PI));
+        known ? mirror_clearance(&clearances[opposite - first]) : lm_tooth_clearance(mesh, angle);
   }
   *count = last - first + 1;
   return LM_OK;
@@ -796,10 +812,7 @@ lm_status lm_sweep_clearances(const lm_mesh *mesh, int phases, lm_clearance clea
   step = LM_REAL(2) * LM_PI / LM_REAL(mesh->geometry.flexspline_teeth * phases);
   for (k = 0; k <= middle; k++) {
     const lm_clearance tooth = lm_tooth_clearance(mesh, step * LM_REAL(k));
-    lm_clearance *mirror = &clearances[middle - k];
-    mirror->angle_rad = -tooth.angle_rad;
-    mirror->forward = tooth.backward;
-    mirror->backward = tooth.forward;
+    clearances[middle - k] = mirror_clearance(&tooth);
     clearances[middle + k] = tooth;
   }
   *count = 2 * middle + 1;
