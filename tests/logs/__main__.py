@@ -7,6 +7,7 @@ import os
 import sys
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
 
 from .judge import COMMANDS, Verdict
 from .table import names, verdict
@@ -24,6 +25,12 @@ def main() -> int:
     parser.add_argument("--two-encoders", type=int, metavar="N", help="N generated logs instead")
     parser.add_argument("--alone", action="store_true", help="each command in a process of its own")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
+    parser.add_argument(
+        "--resume",
+        type=Path,
+        metavar="FILE",
+        help="append to FILE, skip the logs that it lists",
+    )
     arguments = parser.parse_args()
     wanted = [
         name
@@ -34,10 +41,15 @@ def main() -> int:
         return hostile_table(arguments.words)
     if arguments.two_encoders:
         return two_encoders_table(arguments.two_encoders)
+    listed = arguments.resume.read_text() if arguments.resume and arguments.resume.exists() else ""
+    wanted = [name for name in wanted if f" {name:78} " not in listed]
     count = wrong = 0
     for line in _verdicts(wanted, arguments):
         count += 1
         wrong += bool(line.wrong)
+        if arguments.resume:
+            with arguments.resume.open("a") as file:
+                file.write(line.line() + "\n")
         if line.wrong or not arguments.wrong:
             print(line.line(), flush=True)
     print(f"{count} logs through {arguments.commands}: {wrong} wrong")

@@ -43,7 +43,12 @@ class Outcome:
 
 
 def words_of(
-    command: str, data: Sequence[Path], maps: Sequence[str], out: Path, drive: Path = DRIVE
+    command: str,
+    data: Sequence[Path],
+    maps: Sequence[str],
+    out: Path,
+    drive: Path = DRIVE,
+    add: Sequence[str] = (HIDDEN,),
 ) -> list[str]:
     """Return the words of a command line."""
     words = [command, *([] if command == "check" else [str(drive)]), *map(str, data)]
@@ -52,17 +57,24 @@ def words_of(
     if command == "check":
         words += ["--ratio", str(RATIO)]
     if command == "fit":
-        words += ["--add", HIDDEN, "-o", str(out / "fitted.toml")]
+        for each in add:
+            words += ["--add", each]
+        words += ["-o", str(out / "fitted.toml")]
     return [*words, "--json", str(out / "answer.json"), "--quiet"]
 
 
 def run(
-    command: str, data: Sequence[Path], maps: Sequence[str] = (), alone: bool = False
+    command: str,
+    data: Sequence[Path],
+    maps: Sequence[str] = (),
+    alone: bool = False,
+    drive: Path = DRIVE,
+    add: Sequence[str] = (HIDDEN,),
 ) -> Outcome:
     """Run a command in this process, or in a separate one."""
     with tempfile.TemporaryDirectory() as name:
         out = Path(name)
-        words = words_of(command, data, maps, out)
+        words = words_of(command, data, maps, out, drive, add)
         begin = time.process_time()
         outcome = _run_alone(words) if alone else _run_here(words)
         outcome.seconds = time.process_time() - begin
@@ -74,7 +86,10 @@ def run(
 
 def _run_alone(words: list[str]) -> Outcome:
     done = subprocess.run(
-        [sys.executable, "-m", "lostmotion", *words], capture_output=True, text=True, check=False
+        [sys.executable, "-m", "lostmotion", *words],
+        capture_output=True,
+        text=True,
+        check=False,
     )
     trace = done.stderr if "Traceback" in done.stderr else ""
     return Outcome(done.returncode, error=done.stderr, trace=trace)
@@ -132,7 +147,10 @@ def clean_findings() -> set[str]:
 
 
 def differs(
-    command: str, answer: dict[str, Any], less: Sheet | None = None, within: float = WITHIN
+    command: str,
+    answer: dict[str, Any],
+    less: Sheet | None = None,
+    within: float = WITHIN,
 ) -> str:
     """Describe the difference of an answer from the correct one; empty if there is none.
 
