@@ -11,7 +11,7 @@ from small_campaigns import RATED_NM, RATIO, answer_of, campaign, gap
 from lostmotion.discover import diagnose, library
 from lostmotion.discover.choice import best_of, choose, of_use, simplest
 from lostmotion.discover.growing_model import Lead
-from lostmotion.discover.linearise import plain_rms, settle
+from lostmotion.discover.linearise import Settled, plain_rms, settle
 from lostmotion.discover.measurement_noise import estimate_noise
 from lostmotion.discover.recorded_model import RecordedModel, fall_of_error, without_idle
 from lostmotion.discover.refits import refit, refitted, without_deviations
@@ -182,4 +182,5 @@ def test_what_the_runs_took_up_of_an_effect_counts_as_its_size():
     hidden = settled.base.copy()
     hidden.terms.append(Term(modulation, 0.2 * wanted.terms[0].values, modulation.free()))
     assert term_size(hidden, 0) < 0.3 * size
-    assert fall_of_error(settled.base, hidden) == pytest.approx(size, rel=0.1)
+    with_effect = Settled(hidden, settled.contest, noise)
+    assert fall_of_error(settled, with_effect) == pytest.approx(size, rel=0.1)

@@ -29,7 +29,7 @@ from lostmotion.candidates.candidate import LOAD_NEEDS
 from lostmotion.candidates.named import tangent
 from lostmotion.discover.contest_round import make_candidates
 from lostmotion.discover.gates import is_of_form, runs_separate
-from lostmotion.discover.linearise import noise_rms
+from lostmotion.discover.linearise import Settled, noise_rms
 from lostmotion.discover.measurement_noise import estimate_noise
 from lostmotion.discover.refits import without_deviations
 from lostmotion.discover.terms import beyond_form
@@ -237,13 +237,13 @@ def may_imitate_form(found: BaselineModel, term: Term) -> bool:
     return needs <= LOAD_NEEDS and is_of_form(beyond_form(found, term))
 
 
-def better_than_forms(with_effect: BaselineModel) -> bool:
+def better_than_forms(with_effect: Settled) -> bool:
     """Whether the last effect of a model predicts left-out runs better than any form.
 
     The forms are those of the hysteresis of the same model without the effect.
     """
-    own = tried(without_deviations(with_effect)).mean_square
-    plain = with_effect.copy()
+    own = tried(with_effect.alike).mean_square
+    plain = with_effect.base.copy()
     del plain.terms[-1]
     given = friction_form(plain)
     fits = {given: without_deviations(plain)}

@@ -175,7 +175,11 @@ def try_leads(
 
 
 def try_lead(model: GrowingModel, lead: Lead, limits: LeastSizes, count: int) -> Contender | None:
-    """Put a candidate into the model, and return whether it passes, corrected for `count` tests."""
+    """Put a candidate into the model, and return whether it passes, corrected for `count` tests.
+
+    None if it has no finite fit, or is not kept beside the form error. The forms of the hysteresis
+    are fitted only if the effect passes all other tests.
+    """
     contender = model.with_candidate(lead)
     if contender is None:
         return None
@@ -190,6 +194,8 @@ def try_lead(model: GrowingModel, lead: Lead, limits: LeastSizes, count: int) ->
     if contender.passes and lead.absorbed and not large(contender.size):
         contender.size = max(contender.size, model.fall_of_error(contender))
     contender.passes = contender.passes and large(contender.size)
+    if contender.passes and not model.beats_forms(contender):
+        return None
     return contender
 
 

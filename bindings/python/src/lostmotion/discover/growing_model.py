@@ -55,6 +55,8 @@ class Contender:
     gain_by_run: FloatArray
     size: float = 0.0
     passes: bool = True
+    formless: Settled | None = None
+    """The model that was fitted without form error, if the candidate was found by such a model."""
 
     @property
     def name(self) -> str:
@@ -127,6 +129,10 @@ class GrowingModel(ABC):
     ) -> list[Lead]:
         """Leads that need a refit, whatever their tangents indicate."""
         return []
+
+    def beats_forms(self, contender: Contender) -> bool:
+        """Whether an effect predicts better than the forms that may imitate it."""
+        return True
 
     def sharpened(self, current: ContestRound, shape: Contender) -> Contender | None:
         """A shape with a refined frequency."""

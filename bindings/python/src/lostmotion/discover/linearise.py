@@ -7,6 +7,7 @@ so a kink that is shifted by run-to-run scatter cannot be represented from the m
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -48,7 +49,10 @@ can make the whole step overshoot.
 """
 
 PLAIN_STEPS = 8
-"""Evaluations of the fit without deviations."""
+"""Evaluations of the fit without deviations that only finds starts of effects."""
+
+REFIT_STEPS = 12
+"""Evaluations of a joint refit."""
 
 
 @dataclass
@@ -65,6 +69,11 @@ class Settled:
     def density(self) -> FloatArray:
         """Leave-one-run-out log predictive density of every run."""
         return self.contest.null_density
+
+    @cached_property
+    def alike(self) -> BaselineModel:
+        """The model fitted to all runs together, without deviations."""
+        return fit_alike(self.base)
 
 
 def columns_of(
@@ -290,6 +299,14 @@ def take_step(
     limit = np.array([DEVIATION_MAX, DEVIATION_MAX, np.inf])
     moved = base.deviations + own_share * (own[:, : len(DEVIATIONS)] - base.deviations)
     base.deviations = np.clip(moved, -limit, limit)
+
+
+def fit_alike(base: BaselineModel) -> BaselineModel:
+    """Refit a baseline model to all runs together, without deviations."""
+    plain = base.copy()
+    plain.deviations[:] = 0.0
+    plain.fit(steps=REFIT_STEPS)
+    return plain
 
 
 def plain_of(settled: Settled) -> BaselineModel:

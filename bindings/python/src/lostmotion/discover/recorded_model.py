@@ -118,6 +118,8 @@ class RecordedModel(GrowingModel):
         self.settled = [self.first]
         self.rounds = 0
         self.fitted: dict[str, BaselineModel] = {}
+        self.tried: dict[tuple[int, str], tuple[RecordedRound, Contender | None]] = {}
+        self.falls: dict[int, tuple[Settled, float]] = {}
         self.formless: RecordedRound | None = None
         self.fitted_alike: tuple[Settled, BaselineModel, float] | None = None
         first = self.settled[0].base
@@ -140,7 +142,7 @@ class RecordedModel(GrowingModel):
         """See `GrowingModel`; the noise is estimated again, and the model is linearised for it."""
         base = self.now.base
         candidates, closed = self.candidates(base)
-        self.fitted = {}
+        self.fitted, self.tried, self.falls = {}, {}, {}
         now = self.now
         if self.rounds:
             self.largest = largest_model(base, candidates)
@@ -186,12 +188,19 @@ class RecordedModel(GrowingModel):
         return best
 
     def with_candidate(self, lead: Lead) -> Contender | None:
-        """See `GrowingModel`: a joint refit."""
+        """See `GrowingModel`: a joint refit, once for each lead of a round."""
         assert isinstance(lead.round, RecordedRound)
-        if lead.round is not self.formless:
-            found = refit(lead.round, lead.result, self.now, self.fitted.get(lead.name))
+        key = (id(lead.round), lead.name)
+        if key not in self.tried:
+            self.tried[key] = (lead.round, self.refit(lead, lead.round))
+        return self.tried[key][1]
+
+    def refit(self, lead: Lead, start: RecordedRound) -> Contender | None:
+        """Fit a lead and the model together, from the round in which it was found."""
+        if start is not self.formless:
+            found = refit(start, lead.result, self.now, self.fitted.get(lead.name))
             return None if found is None or self.takes_from_form(found) else found
-        found = refit(lead.round, lead.result)
+        found = refit(start, lead.result)
         return None if found is None else self.beside_form_error(found)
 
     def takes_from_form(self, found: Contender) -> bool:
@@ -211,7 +220,7 @@ class RecordedModel(GrowingModel):
     def beside_form_error(self, found: Contender) -> Contender | None:
         """Estimate the form error together with an effect that was fitted without it.
 
-        None if a large form error remains, or if another form of the hysteresis predicts as well.
+        None if a large form error remains.
         """
         base, noise = model_of(found), self.noise
         effects, _ = named_candidates(self.effects, base, base.at(), self.ratio)
@@ -219,10 +228,18 @@ class RecordedModel(GrowingModel):
         kept = {term.effect.name: term_size(base, k) for k, term in enumerate(base.terms)}
         if form_error_told(settled, self.within, kept, max(kept.values())):
             return None
-        if not better_than_forms(base):
-            return None
         by_run = settled.density - self.now.density
-        return replace(found, settled=settled, gain=float(by_run.sum()), gain_by_run=by_run)
+        return replace(
+            found,
+            settled=settled,
+            gain=float(by_run.sum()),
+            gain_by_run=by_run,
+            formless=found.settled,
+        )
+
+    def beats_forms(self, contender: Contender) -> bool:
+        """See `GrowingModel`."""
+        return contender.formless is None or better_than_forms(contender.formless)
 
     def passes_gates(self, contender: Contender, count: int) -> bool:
         """See `GrowingModel`: linearised at the model with it."""
@@ -249,19 +266,25 @@ class RecordedModel(GrowingModel):
 
     def fall_of_error(self, contender: Contender) -> float:
         """See `GrowingModel`."""
-        return fall_of_error(self.now.base, model_of(contender))
+        assert contender.settled is not None
+        return fall_of_error(self.now, contender.settled)
 
     def fall_of_left_out(self, contender: Contender) -> float:
-        """See `GrowingModel`."""
-        before, before_rms = self.alike()
-        after = without_deviations(model_of(contender), before)
-        return before_rms**2 - held_out_rms(after) ** 2
+        """See `GrowingModel`; once for each model of a round."""
+        settled = contender.settled
+        assert settled is not None
+        key = id(settled)
+        if key not in self.falls:
+            before, before_rms = self.alike()
+            after = without_deviations(settled.base, before, settled.alike)
+            self.falls[key] = (settled, before_rms**2 - held_out_rms(after) ** 2)
+        return self.falls[key][1]
 
     def alike(self) -> tuple[BaselineModel, float]:
         """The present model fitted to all runs together, and its leave-one-run-out rms."""
         if self.fitted_alike is None or self.fitted_alike[0] is not self.now:
             known = self.began_with if self.fitted_alike is None else self.fitted_alike[1]
-            base = without_deviations(self.now.base, known)
+            base = without_deviations(self.now.base, known, self.now.alike)
             self.fitted_alike = (self.now, base, held_out_rms(base))
         return self.fitted_alike[1:]
 
@@ -349,10 +372,10 @@ def model_of(contender: Contender) -> BaselineModel:
     return contender.settled.base
 
 
-def fall_of_error(base: BaselineModel, with_effect: BaselineModel) -> float:
+def fall_of_error(now: Settled, with_effect: Settled) -> float:
     """Root mean square, arc seconds, of the decrease of the common error by an effect."""
-    before = without_deviations(base)
-    after = without_deviations(with_effect, before)
+    before = now.alike
+    after = without_deviations(with_effect.base, before, with_effect.alike)
     return float(np.sqrt(max(0.0, plain_rms(before) ** 2 - plain_rms(after) ** 2)))
 
 

@@ -14,7 +14,14 @@ from lostmotion.candidates.forms import form_of
 from lostmotion.discover.contest_round import ContestRound, RecordedRound, make_round
 from lostmotion.discover.gates import judge, leading
 from lostmotion.discover.growing_model import Contender
-from lostmotion.discover.linearise import Settled, plain_rms, settle, take_step
+from lostmotion.discover.linearise import (
+    REFIT_STEPS,
+    Settled,
+    fit_alike,
+    plain_rms,
+    settle,
+    take_step,
+)
 from lostmotion.evidence.contest import Result
 from lostmotion.evidence.noise import Noise
 from lostmotion.evidence.scatter import deviations
@@ -22,9 +29,6 @@ from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.terms import Additive, Term
 
 FloatArray = npt.NDArray[np.float64]
-
-REFIT_STEPS = 12
-"""Evaluations of a joint refit."""
 
 FIT_NATS = 0.1
 """Decrease of half the sum of squares, relative to the noise variance, below which a fit ends: a
@@ -219,7 +223,11 @@ def close_enough(base: BaselineModel) -> float:
     return 2.0 * FIT_NATS / base.conditions.rows
 
 
-def without_deviations(base: BaselineModel, before: BaselineModel | None = None) -> BaselineModel:
+def without_deviations(
+    base: BaselineModel,
+    before: BaselineModel | None = None,
+    plain: BaselineModel | None = None,
+) -> BaselineModel:
     """Refit a baseline model to all runs together, as for a drive file.
 
     Parameters
@@ -227,10 +235,10 @@ def without_deviations(base: BaselineModel, before: BaselineModel | None = None)
     before : BaselineModel, optional
         The same for the model that this one extends. If the deviations of the runs led the fit to a
         larger error, it starts there instead.
+    plain : BaselineModel, optional
+        `fit_alike` of this model, if known.
     """
-    plain = base.copy()
-    plain.deviations[:] = 0.0
-    plain.fit(steps=REFIT_STEPS)
+    plain = plain or fit_alike(base)
     if before is None or plain_rms(plain) <= plain_rms(before) or not grown_from(base, before):
         return plain
     found = [plain]
