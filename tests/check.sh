@@ -108,7 +108,7 @@ sanitize() {
 # A function counts once for all precisions and sizes (symbols.h): a line is covered if a test of
 # one build reaches it.
 one_name_each() {
-  sed -E 's/("function_name": ?"lm_[a-z_]+)(_[0-9]+){5}_f(32|64)"/\1"/g
+  sed -E 's/("function_name": ?"lm_[a-z_]+)(_[0-9]+){6}_f(32|64)"/\1"/g
           s/("function_name": ?"lm_[a-z_]+)_f(32|64)"/\1"/g' "$1" >"$1.one" && mv "$1.one" "$1"
 }
 

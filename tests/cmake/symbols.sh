@@ -32,7 +32,7 @@ sed 's/_f32$/_f64/' "$work/f32" | sort -u | comm -3 "$work/f64" - |
   complain "in one precision only (float64 left, float32 right)"
 # Each symbol with sizes has a plain one.
 for name in f64 f32 runtime; do
-  sed -nE 's/(_[0-9]+){5}_f(32|64)$//p; s/_f(32|64)$//p' "$work/$name" | sort -u |
+  sed -nE 's/(_[0-9]+){6}_f(32|64)$//p; s/_f(32|64)$//p' "$work/$name" | sort -u |
     comm -23 - "$work/$name" | complain "no plain symbol in $name"
 done
 

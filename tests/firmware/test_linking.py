@@ -61,7 +61,7 @@ OTHER_SIZES = [
     ["-DLM_EFFECT_MEMORY_MAX=1"],
     ["-DLM_REAL_BITS=64"],
 ]
-STANDARD = "2_33_8_0_0_f32"
+STANDARD = "2_33_8_0_0_1_f32"
 """Profile and sizes of the standard library, as symbols carry them."""
 
 FILLS = {
@@ -88,6 +88,7 @@ def link(folder: Path, sizes: list[str], library: Path, text: str) -> str:
     ("sizes", "name"),
     [
         *((sizes, "lm_start_compensator") for sizes in OTHER_SIZES),
+        (["-DLM_ENVELOPE=0"], "lm_start_compensator"),
         *((OTHER_SIZES[1], name) for name in FILLS if name != "lm_start_compensator"),
     ],
     ids=lambda value: "".join(value),
@@ -98,7 +99,7 @@ def test_a_program_of_other_sizes_than_the_library_does_not_link(
     text = f'#include "lostmotion/runtime.h"\nint main(void) {{ {FILLS[name]} return 0; }}\n'
     assert link(tmp_path, [], standard_library, text) == ""
     said = link(tmp_path, sizes, standard_library, text)
-    missing = re.search(rf"{name}_(\d+_\d+_\d+_\d+_\d+_f\d\d)\b", said)
+    missing = re.search(rf"{name}_(\d+_\d+_\d+_\d+_\d+_\d+_f\d\d)\b", said)
     assert missing is not None, said
     assert missing[1] != STANDARD
 
