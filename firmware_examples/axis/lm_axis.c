@@ -13,6 +13,11 @@ static void forget_standstill(lm_axis *a) {
   a->stood_s = 0;
 }
 
+static void take_parameters(lm_axis *a, const lm_parameters *parameters) {
+  a->stand_s = LM_AXIS_STAND / parameters->limits.response_per_s;
+  a->rang = 0;
+}
+
 lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_saved *kept,
                            const lm_conditions *at, float motor_rad, lm_fault *fault) {
   const lm_status status = lm_start_compensator(&a->compensator, parameters, at->torque_Nm, fault);
@@ -23,11 +28,14 @@ lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_saved
     kept->format = 0;
   }
   a->correction = lm_settle_compensator(&a->compensator, at);
-  a->state = status == LM_OK ? LM_AXIS_OPEN : LM_AXIS_OFF;
+  a->state = LM_AXIS_OFF;
+  if (status == LM_OK) {
+    a->state = LM_AXIS_OPEN;
+    take_parameters(a, parameters);
+  }
   forget_standstill(a);
   a->stood_at_rad = motor_rad;
   a->mode = LM_MODE_RUN;
-  a->rang = 0;
   a->zero_rad = 0;
   a->setpoint_rad = motor_rad;
   a->command_rad = lm_axis_reported(a, motor_rad);
@@ -81,7 +89,7 @@ float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_rad, float w
 }
 
 static int stands(const lm_axis *a, lm_axis_state state) {
-  return a->state == state && a->stood_s >= LM_AXIS_STAND_S;
+  return a->state == state && a->stood_s >= a->stand_s;
 }
 
 int lm_axis_close(lm_axis *a) {
@@ -116,7 +124,9 @@ void lm_axis_set_mode(lm_axis *a, lm_mode mode) {
 
 lm_status lm_axis_change(lm_axis *a, const lm_parameters *parameters, lm_fault *fault) {
   const lm_status status = lm_change_parameters(&a->compensator, parameters, fault);
-  a->rang = status == LM_OK ? 0 : a->rang;
+  if (status == LM_OK) {
+    take_parameters(a, parameters);
+  }
   forget_standstill(a);
   return status;
 }

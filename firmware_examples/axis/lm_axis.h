@@ -5,9 +5,10 @@
 
 #include "lostmotion/runtime.h"
 
-/* Standstill of the correction before the loop closes or the history is saved, s: three time
- * constants of a torque filter of 2 Hz. */
-#define LM_AXIS_STAND_S 0.25f
+/* Standstill of the correction before the loop closes or the history is saved, in units of
+ * 1 / response_per_s: seven time constants of a torque filter at a tenth of the resonance for which
+ * the parameters were exported (1.1 s at 10 Hz, 0.45 s at 25 Hz). A slower filter: more. */
+#define LM_AXIS_STAND 28.0f
 
 /* Motion of the braked motor in that time, at the output: more than an encoder's noise. */
 #define LM_AXIS_STILL_RAD 1e-4f
@@ -25,6 +26,7 @@ typedef struct lm_axis {
   lm_correction correction; /* of this tick, with the status and the rates for a feed-forward, which
                                are 0 unless LM_AXIS_CLOSED */
   lm_standstill standstill;
+  float stand_s; /* LM_AXIS_STAND, in seconds */
   float stood_s;
   float stood_at_rad; /* of the motor, with the loop open */
   float zero_rad;     /* zero of the output angle, from homing */
@@ -50,9 +52,10 @@ float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_rad, float w
 
 /* After power-up, a brake or lm_axis_hold: LM_AXIS_CLOSED, nothing moves. Call it when the drive is
  * enabled in its position loop, before the brake is released. Returns 0; returns 1 and changes
- * nothing while the correction, and the motor behind the brake, have not stood for LM_AXIS_STAND_S,
+ * nothing while the correction, and the motor behind the brake, have not stood for LM_AXIS_STAND,
  * or a condition was missing or not finite meanwhile: try again in the next tick. The planner
- * starts at command_rad. */
+ * starts at command_rad. Until the position loop bears the load, it yields by its own error: feed
+ * the load forward. */
 int lm_axis_close(lm_axis *a);
 
 /* When the brake bears the load, and at once when the drive leaves its position loop by itself
@@ -75,8 +78,9 @@ lm_status lm_axis_change(lm_axis *a, const lm_parameters *parameters, lm_fault *
 /* States that the output is now at angle_rad, at rest or in motion. Nothing moves if the planner
  * continues from command_rad, which is shifted with the zero, and the shift changes neither a
  * torque that is computed from the angle (gravity, moved_rad of lm_guess_torque) nor a velocity
- * that is the difference of commands. Returns by how much the zero may be wrong, rad. If that is
- * too much, drive a load cycle and home again. Off, or an angle that is not finite: returns -1 and
+ * that is the difference of commands. Returns by how much the zero may be wrong, rad, if the torque
+ * is right: an error of the torque adds its own wind-up. If that is too much, drive a load cycle
+ * and home again. Off, or an angle that is not finite: returns -1 and
  * changes nothing. */
 float lm_axis_reference(lm_axis *a, float motor_rad, float angle_rad);
 
@@ -85,7 +89,7 @@ float lm_axis_reference(lm_axis *a, float motor_rad, float angle_rad);
 void lm_axis_set_zero(lm_axis *a, float zero_rad);
 
 /* Saves the history. Returns 0; returns 1 and saves nothing while the loop is closed or the
- * correction has not stood for LM_AXIS_STAND_S. */
+ * correction has not stood for LM_AXIS_STAND. */
 int lm_axis_power_down(lm_axis *a, lm_saved *kept);
 
 /* Actual output angle. */

@@ -11,7 +11,16 @@
 #define STILL_RAD 2e-6f  /* 0.4 arcsec */
 #define ARRIVED_RAD 2e-5f
 
-#define STAND_TICKS 501 /* LM_AXIS_STAND_S */
+#define PERIOD_S 5e-4f  /* of the parameters */
+#define STAND_TICKS 501 /* LM_AXIS_STAND */
+
+/* A motor current: what it adds to the torque of the command, what friction at rest can hide of
+ * that, its filter at a tenth of the resonance, and the response for this resonance. */
+#define PAYLOAD_NM 20.0f
+#define HIDDEN_NM 19.2f
+#define RESONANCE_HZ 20.0f
+#define RESPONSE_PER_S (2.5f * RESONANCE_HZ)
+#define SHARE (0.628f * RESONANCE_HZ * PERIOD_S)
 
 /* The motor follows at once while the loop is closed; the gear winds up. */
 typedef struct joint {
@@ -73,6 +82,37 @@ static float hand_over(joint *j) {
   }
   (void)close_loop(j);
   return size(output(j) - before_rad);
+}
+
+/* From the torque of the command to a current with an unknown payload, the motor held: friction
+ * hides the payload until the filter has nearly settled. How far the motor moves after closing. */
+static float take_current(joint *j) {
+  static lm_parameters slower;      /* at rest the set before it is in use, and the one after it */
+  const float bound_Nm = HIDDEN_NM; /* through its filter: at rest from the begin */
+  float current_Nm = LOAD_NM;       /* begins at the torque in use, as the torque itself */
+  float torque_Nm = LOAD_NM;
+  float before_rad = 0;
+  int closed_ticks = 0;
+  slower = joint_parameters;
+  slower.limits.response_per_s = RESPONSE_PER_S;
+  lm_axis_hold(&j->drive);
+  if (lm_axis_change(&j->drive, &slower, 0) != LM_OK) {
+    return 1;
+  }
+  while (closed_ticks < 4 * STAND_TICKS) {
+    current_Nm += SHARE * (LOAD_NM - PAYLOAD_NM - current_Nm);
+    run(j, 1, lm_hold_torque(&torque_Nm, current_Nm, bound_Nm), 0);
+    if (closed_ticks == 0 && !lm_axis_close(&j->drive)) {
+      j->wish_rad = j->drive.command_rad;
+      before_rad = j->motor_rad;
+      closed_ticks = 1;
+    }
+    closed_ticks += closed_ticks > 0;
+  }
+  before_rad = size(j->motor_rad - before_rad);
+  lm_axis_hold(&j->drive);
+  return lm_axis_change(&j->drive, &joint_parameters, 0) == LM_OK && hand_over(j) < 1 ? before_rad
+                                                                                      : 1;
 }
 
 static void turn_load(joint *j, float from_Nm, float to_Nm) {
@@ -190,6 +230,11 @@ int axis_story(float *most_rad) {
         (size(j.drive.correction.correction_rad) < STILL_RAD) != (k == 0)) {
       return 13;
     }
+  }
+  moved_rad = take_current(&j);
+  *most_rad = moved_rad > *most_rad ? moved_rad : *most_rad;
+  if (moved_rad > STILL_RAD) {
+    return 16;
   }
   /* Brake, power-down with the history, power-up: nothing moves, and the history is used up. */
   lm_axis_open(&j.drive);

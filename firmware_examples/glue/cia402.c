@@ -85,6 +85,8 @@ lm_status cia402_start(cia402_axis *axis, const cia402_drive *drive,
     kept->format = 0;
   }
   axis->drive = *drive;
+  axis->stand_s = CIA402_STAND / parameters->limits.response_per_s;
+  axis->rest_inc = in->position_actual;
   axis->increments_per_rad = (float)drive->increments_per_rev * drive->ratio / TURN_RAD;
   /* The drive is off: the correction settles before the loop closes on it. */
   axis->correction = lm_settle_compensator(&axis->compensator, at);
@@ -155,7 +157,7 @@ void cia402_hold(cia402_axis *axis) {
 }
 
 int32_t cia402_release(cia402_axis *axis) {
-  if (axis->held && axis->stood_s < CIA402_STAND_S) {
+  if (axis->held && axis->stood_s < axis->stand_s) {
     return 1;
   }
   axis->held = 0;
@@ -171,13 +173,16 @@ void cia402_set_mode(cia402_axis *axis, lm_mode mode) {
 
 lm_status cia402_change(cia402_axis *axis, const lm_parameters *parameters, lm_fault *fault) {
   const lm_status status = lm_change_parameters(&axis->compensator, parameters, fault);
-  axis->rang = status == LM_OK ? 0 : axis->rang;
+  if (status == LM_OK) {
+    axis->stand_s = CIA402_STAND / parameters->limits.response_per_s;
+    axis->rang = 0;
+  }
   expect_motion(axis);
   return status;
 }
 
 /* The target is not that of the actual load. */
-#define NOT_TO_ENABLE (LM_STATE_CONDITION_MISSING | LM_STATE_INPUT_REFUSED)
+#define NOT_TO_ENABLE (LM_STATE_CONDITION_MISSING | LM_STATE_INPUT_REFUSED | LM_STATE_NOT_STARTED)
 
 /* Time for which the correction has stood since the motor followed it last. */
 static void find_stood(cia402_axis *axis, int follows) {
@@ -191,19 +196,42 @@ static void find_stood(cia402_axis *axis, int follows) {
     axis->standstill.ticks = 0;
   }
   axis->stood_s = lm_find_standstill(&axis->compensator, &axis->standstill);
-  if (axis->stood_s >= CIA402_STAND_S) {
+  if (axis->stood_s >= axis->stand_s) {
     axis->moves_alone = 0;
   }
 }
 
+/* Time for which the motor has been at rest: behind its brake, or stopped by the drive. */
+static void find_rest(cia402_axis *axis, int32_t motor_inc, int enabled) {
+  const float moved_rad = (float)(motor_inc - axis->rest_inc) / axis->increments_per_rad;
+  axis->rest_s += period_of(&axis->drive);
+  if (enabled || !(moved_rad < CIA402_STILL_RAD && moved_rad > -CIA402_STILL_RAD)) {
+    axis->rest_inc = motor_inc;
+    axis->rest_s = 0;
+  }
+}
+
+static int rests(const cia402_axis *axis) {
+  return axis->rest_s >= axis->stand_s;
+}
+
+int32_t cia402_power_down(cia402_axis *axis, lm_saved *kept) {
+  if (!rests(axis) || axis->stood_s < axis->stand_s) {
+    return 1;
+  }
+  lm_save_compensator(&axis->compensator, kept);
+  axis->saved = 1;
+  return 0;
+}
+
 /* A loop on the output need not wait until the correction stands. */
 static int may_enable(const cia402_axis *axis) {
-  return axis->drive.output_loop ? !(axis->correction.status & NOT_TO_ENABLE)
-                                 : axis->stood_s >= CIA402_STAND_S;
+  return rests(axis) && !(axis->correction.status & NOT_TO_ENABLE) &&
+         (axis->drive.output_loop || axis->stood_s >= axis->stand_s);
 }
 
 /* Steps through the drive's states, one per cycle. */
-static uint16_t controlword(uint16_t statusword, int32_t enable) {
+static uint16_t controlword(uint16_t statusword, int32_t enable, int at_rest) {
   switch (statusword & CIA402_STATE_MASK) {
     case CIA402_OPERATION_ENABLED:
       return enable ? CIA402_ENABLE : CIA402_QUICK_STOP;
@@ -211,35 +239,42 @@ static uint16_t controlword(uint16_t statusword, int32_t enable) {
       return enable ? CIA402_ENABLE : CIA402_SHUTDOWN;
     case CIA402_READY:
       return enable ? CIA402_SWITCH_ON : CIA402_SHUTDOWN;
-    case CIA402_QUICK_STOP_ACTIVE:
-      return CIA402_QUICK_STOP;
+    case CIA402_QUICK_STOP_ACTIVE: /* with 0x605A = 5 to 8 the drive does not leave it by itself */
+      return at_rest ? CIA402_DISABLE_VOLTAGE : CIA402_QUICK_STOP;
     default: /* switch on disabled; a fault is reset by the host alone */
-      return enable ? CIA402_SHUTDOWN : 0;
+      return enable ? CIA402_SHUTDOWN : CIA402_DISABLE_VOLTAGE;
   }
 }
 
 cia402_output cia402_cycle(cia402_axis *axis, const cia402_input *in, const lm_conditions *at,
                            float wish_rad, int32_t enable) {
-  int enabled = (in->statusword & CIA402_STATE_MASK) == CIA402_OPERATION_ENABLED;
+  const int enabled = (in->statusword & CIA402_STATE_MASK) == CIA402_OPERATION_ENABLED;
   float reported_rad = cia402_reported(axis, in);
   int32_t standing = output_increments(axis, in);
+  enable = enable && !axis->saved;
   axis->correction = lm_step_compensator(&axis->compensator, at);
   judge_ringing(axis, enabled);
-  axis->held = axis->held && enabled && enable;
+  axis->held = axis->held && enabled;
+  find_rest(axis, standing + axis->sent.position_offset, enabled);
   find_stood(axis, enabled && !axis->held && !axis->drive.output_loop);
-  axis->sent.controlword = controlword(in->statusword, enable && (enabled || may_enable(axis)));
+  axis->sent.controlword =
+      controlword(in->statusword, enable && (enabled || may_enable(axis)), rests(axis));
   axis->sent.position_offset = find_offset(axis);
   axis->sent.velocity_offset = find_rate(axis, enabled);
   if (axis->held) {
     standing = axis->held_inc - axis->sent.position_offset;
     reported_rad = axis->zero_rad + (float)standing / axis->increments_per_rad;
   }
-  if (enabled && enable && !axis->held) {
+  if (enabled && !enable && !axis->held) {
+    return axis->sent; /* the drive brakes from its demand, not from the following error */
+  }
+  if (enabled && !axis->held) {
     axis->command_rad = is_finite(wish_rad) ? wish_rad : axis->command_rad;
     axis->sent.target_position =
         to_increments((axis->command_rad - axis->zero_rad) * axis->increments_per_rad);
   } else {
-    /* At rest, braking, held or moved from outside: the target follows the output, no jump. */
+    /* At rest, stopped by the drive, held or moved from outside: the target follows the output, no
+     * jump. */
     axis->command_rad = reported_rad;
     axis->sent.target_position = standing;
   }

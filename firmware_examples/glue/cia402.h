@@ -42,6 +42,7 @@
 #define CIA402_SWITCH_ON 0x07u
 #define CIA402_ENABLE 0x0Fu
 #define CIA402_QUICK_STOP 0x02u
+#define CIA402_DISABLE_VOLTAGE 0x00u
 #define CIA402_FAULT_RESET 0x80u
 
 /* Configuration of the drive. */
@@ -79,6 +80,10 @@ typedef struct cia402_axis {
   float command_rad;        /* commanded output angle; the reported angle while the loop is open */
   lm_standstill standstill; /* of the correction */
   float stood_s;
+  float stand_s;    /* CIA402_STAND, in seconds */
+  float rest_s;     /* for which the motor has been at rest, the drive not enabled */
+  int32_t rest_inc; /* where */
+  int32_t saved;    /* cia402_power_down */
   lm_mode mode;
   int32_t rang;          /* LM_STATE_RINGING was set while the drive was enabled */
   int32_t held;          /* cia402_hold */
@@ -98,22 +103,28 @@ lm_status cia402_start(cia402_axis *axis, const cia402_drive *drive,
                        const lm_parameters *parameters, lm_saved *kept, const lm_conditions *at,
                        const cia402_input *in, lm_fault *fault);
 
-/* Standstill of the correction before the drive is enabled or the history is saved, s: three time
- * constants of a torque filter of 2 Hz. */
-#define CIA402_STAND_S 0.25f
+/* Standstill of correction and motor before the drive is enabled or the history is saved, in units
+ * of 1 / response_per_s: seven time constants of a torque filter at a tenth of the resonance for
+ * which the parameters were exported. A slower filter: more. */
+#define CIA402_STAND 28.0f
+
+/* Motion of a motor at rest in that time, at the output: more than an encoder's noise. */
+#define CIA402_STILL_RAD 1e-4f
 
 /* One sync period. wish_rad: the desired output angle. Until statusword reports OPERATION_ENABLED
  * it is not used, and the planner starts at command_rad of the cycle before, which follows the
- * output; if it is not finite, it is replaced by the one before. enable 0: quick stop, then
- * switched off; 1: the drive is enabled once the correction has stood for CIA402_STAND_S, an
- * output_loop once no condition is missing. Steps the compensator in every state of the drive. */
+ * output; if it is not finite, it is replaced by the one before. enable 0: the target stays, quick
+ * stop, then switched off (0x605A = 2; with 5 to 8 once the motor has been at rest for
+ * CIA402_STAND; the drive closes the brake); 1: the drive is enabled once correction and motor have
+ * stood for CIA402_STAND, an output_loop once the motor has and no condition is missing. Steps the
+ * compensator in every state of the drive. */
 cia402_output cia402_cycle(cia402_axis *axis, const cia402_input *in, const lm_conditions *at,
                            float wish_rad, int32_t enable);
 
 /* Holds the motor at its demand (lm_axis_hold), for whatever moves the correction although the load
  * does not: a mode, parameters, another source of the torque. Target plus offset then stays, and
  * command_rad follows the offset. The planner is at rest. cia402_release returns 1 while the
- * correction has not stood for CIA402_STAND_S: call it again in the next cycle. After 0 the planner
+ * correction has not stood for CIA402_STAND: call it again in the next cycle. After 0 the planner
  * starts at command_rad. With an output_loop the motor is not held: the loop holds the output, and
  * the velocity offset is 0 until the correction stands again. */
 void cia402_hold(cia402_axis *axis);
@@ -136,5 +147,10 @@ float cia402_reference(cia402_axis *axis, const cia402_input *in, float angle_ra
 /* A stored zero_rad of an absolute encoder, after cia402_start; ignored if it is not finite.
  * Nothing moves if the planner continues from command_rad. */
 void cia402_set_zero(cia402_axis *axis, float zero_rad);
+
+/* Saves the history. Returns 0, and cia402_cycle enables the drive no more; returns 1 and saves
+ * nothing while the drive is enabled, or correction and motor have not stood for CIA402_STAND: try
+ * again in the next cycle. */
+int32_t cia402_power_down(cia402_axis *axis, lm_saved *kept);
 
 #endif

@@ -9,14 +9,15 @@
 #define INCREMENTS 131072u
 #define RATIO (-100.0f)
 #define RAD (131072.0f * -100.0f / 6.28318531f) /* increments */
-#define STAND_CYCLES 510                        /* CIA402_STAND_S, and the states of the drive */
+#define STAND_CYCLES 510                        /* CIA402_STAND, and the states of the drive */
 #define SWING_NM 10.0f                          /* of the arm against the brake, at 20 Hz */
 #define SWING_CYCLES 50
 #define STEP_RAD 5e-7f /* a motor that is enabled, braked or off moves by less: one increment */
 
 typedef struct csp_drive {
   uint16_t status;
-  int32_t motor; /* increments */
+  int32_t motor;   /* increments */
+  int stays_there; /* 0x605A = 5: after the stop the drive holds its position */
 } csp_drive;
 
 /* One cycle of the drive: its states, and the motor at the demand while it is enabled. */
@@ -33,7 +34,11 @@ static void run_drive(csp_drive *drive, const cia402_output *out) {
       drive->status = CIA402_READY;
       break;
     case CIA402_QUICK_STOP:
-      drive->status = CIA402_SWITCH_ON_DISABLED; /* stops at once, and the brake closes */
+      /* Stops at once, and the brake closes. */
+      drive->status = drive->stays_there ? CIA402_QUICK_STOP_ACTIVE : CIA402_SWITCH_ON_DISABLED;
+      break;
+    case CIA402_DISABLE_VOLTAGE:
+      drive->status = CIA402_SWITCH_ON_DISABLED;
       break;
     default:
       break;
@@ -113,6 +118,52 @@ static int check_hold(cell *c, float *wish_rad) {
     }
   }
   return 0;
+}
+
+/* Enable 0 in motion: the target does not go back by the following error. A drive that stays in its
+ * quick stop is switched off once the motor is at rest. */
+static int check_stop(cell *c, float *wish_rad) {
+  const int32_t lag = 2000;
+  cia402_input in;
+  cia402_output out;
+  lm_conditions at = LM_CONDITIONS_UNKNOWN;
+  int32_t before;
+  at.torque_Nm = LOAD_NM;
+  cycles(c, 100, LOAD_NM, wish_rad, 5e-4f, 1);
+  before = c->axis.sent.target_position;
+  in = read_drive(c);
+  in.position_actual += lag; /* RATIO is negative */
+  out = cia402_cycle(&c->axis, &in, &at, *wish_rad, 0);
+  if (out.controlword != CIA402_QUICK_STOP || out.target_position != before) {
+    return 24;
+  }
+  c->drive.stays_there = 1;
+  run_drive(&c->drive, &out);
+  cycles(c, 20, LOAD_NM, wish_rad, 0, 0);
+  if (c->drive.status != CIA402_QUICK_STOP_ACTIVE) {
+    return 25; /* the motor may still turn */
+  }
+  cycles(c, STAND_CYCLES, LOAD_NM, wish_rad, 0, 0);
+  if (c->drive.status != CIA402_SWITCH_ON_DISABLED) {
+    return 25;
+  }
+  cycles(c, STAND_CYCLES, LOAD_NM, wish_rad, 0, 1);
+  c->drive.stays_there = 0;
+  return c->drive.status == CIA402_OPERATION_ENABLED ? 0 : 25;
+}
+
+/* The brake slips: the drive is not enabled, the history is not saved. */
+static int check_slip(cell *c, float *wish_rad, lm_saved *kept) {
+  int k;
+  if (!cia402_power_down(&c->axis, kept)) {
+    return 26; /* enabled */
+  }
+  cycles(c, 1, LOAD_NM, wish_rad, 0, 0);
+  for (k = 0; k < 2 * STAND_CYCLES; ++k) {
+    c->drive.motor += 10;
+    cycles(c, 1, LOAD_NM, wish_rad, 0, k > STAND_CYCLES);
+  }
+  return c->drive.status == CIA402_SWITCH_ON_DISABLED && cia402_power_down(&c->axis, kept) ? 0 : 26;
 }
 
 static float not_a_number(void) {
@@ -292,6 +343,9 @@ int check_cia402(void) {
   k = check_hold(&c, &wish_rad);
   k = k ? k : check_not_finite(&c, &wish_rad);
   k = k ? k : check_ringing(&c, &wish_rad);
+  cycles(&c, STAND_CYCLES, LOAD_NM, &wish_rad, 0, 1);
+  k = k ? k : check_stop(&c, &wish_rad);
+  k = k ? k : check_slip(&c, &wish_rad, &kept);
   if (k) {
     return k;
   }
@@ -300,7 +354,13 @@ int check_cia402(void) {
   zero_rad = c.axis.zero_rad;
   in = read_drive(&c);
   start_rad = cia402_reported(&c.axis, &in);
-  lm_save_compensator(&c.axis.compensator, &kept);
+  if (cia402_power_down(&c.axis, &kept)) {
+    return 27;
+  }
+  cycles(&c, STAND_CYCLES, LOAD_NM, &wish_rad, 0, 1);
+  if (c.drive.status == CIA402_OPERATION_ENABLED) {
+    return 27; /* the history is saved */
+  }
   in = read_drive(&c);
   if (cia402_start(&c.axis, &drive, &joint_parameters, &kept, &at, &in, &fault) != LM_OK ||
       kept.format != 0) {

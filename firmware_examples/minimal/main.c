@@ -39,14 +39,14 @@ int main(void) {
   }
 
   /* Emergency stop: the brake holds the motor, ticks continue, the command follows the output.
-   * Close again once the correction has stood for three time constants of the torque filter. */
+   * Close again once the correction has stood for seven time constants of the torque filter. */
   do {
     now = tick(load_Nm - 5.0f);
     command_rad = measured_rad - now.correction_rad;
-  } while (lm_find_standstill(&joint, &standstill) < 0.25f);
+  } while (lm_find_standstill(&joint, &standstill) < 28 / joint_parameters.limits.response_per_s);
 
-  /* Homing, in motion or at rest: the reported angle gets a new zero, and nothing moves. The zero
-   * may be wrong by the returned angle; if that is too much, drive a load cycle and home again. */
+  /* Homing at rest: the reported angle gets a new zero, and nothing moves. With the right torque
+   * the zero may be wrong by this; if that is too much, drive a load cycle and home again. */
   zero_rad = 1.0f - (measured_rad - now.correction_rad);
   zero_error_rad = lm_bound_uncertainty(&joint);
 

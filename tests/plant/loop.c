@@ -169,6 +169,7 @@ void loop_start(loop *l, method how, torque_source source, const knowledge *know
   l->period_s = 1 / rate_Hz;
   l->noise = 1;
   l->first_fade = -1;
+  l->bound_Nm = joint->make.coulomb_Nm; /* lm_bound_torque at speed 0 */
   l->last_rad = host_angle(l, joint);
   rest.angle_rad = l->last_rad;
   if (how == METHOD_LIBRARY) {

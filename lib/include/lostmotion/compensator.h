@@ -31,15 +31,16 @@
  *   power-up      lm_start_compensator; lm_restore_compensator if a history was saved (erase it
  *                 then); lm_settle_compensator with the present conditions while the position loop
  *                 is open: the correction takes its final value and nothing moves
- *   close         once lm_find_standstill returns three time constants of the torque filter: the
+ *   close         once lm_find_standstill returns seven time constants of the torque filter: the
  *                 command starts at the reported output angle, measured minus correction
  *   run           lm_step_compensator in every tick
  *   brake, stop   continue to step with the torque that the gear carries, so that the load memory
  *                 stays valid. Then as `close`
  *   home          in LM_MODE_RUN: set the reported angle again, and shift the command with it. The
- *                 zero may be wrong by lm_bound_uncertainty and by correction_rad +
- *                 lost_motion_rad. If that is too much, drive a load cycle and home again
- *   power-down    brake; after the same standstill lm_save_compensator. Power failure: do not save
+ *                 zero may be wrong by lm_bound_uncertainty, by correction_rad + lost_motion_rad,
+ *                 and by the angle by which an error of the torque winds the joint up. If that is
+ * too much, drive a load cycle and home again power-down    brake; after the same standstill
+ * lm_save_compensator. Power failure: do not save
  *
  * Requirements on the host:
  *   - One call in every period_s of the parameters.
@@ -209,9 +210,12 @@ typedef struct lm_standstill {
 /* Seconds for which the correction has stayed within a range of 8 noise_rad and as near to its
  * target (or, at the limit, to that). Call it after every step while you wait. LM_STATE_SETTLED
  * judges a single tick: noise of the torque sets and clears it, and it may be set while a filtered
- * torque still approaches its value. After a standstill of three time constants of that filter the
- * correction moves by less than noise_rad / 2 more (with the range R and the time constant tau by
- * at most R / (exp(t / tau) - 1) after a time t). A noise of the correction or its target above
+ * torque still approaches its value. After a standstill of seven time constants of that filter the
+ * correction moves by less than noise_rad / 100 more (with the range R and the time constant tau by
+ * at most R / (exp(t / tau) - 1) after a time t). lm_hold_torque passes nothing on while its
+ * uncertainty hides a change of the torque: seven time constants after the change a thousandth of
+ * it may follow. With a filter of a tenth of the resonance for which the parameters were exported
+ * they are 28 / response_per_s. A noise of the correction or its target above
  * noise_rad, rms, ends the standstill again and again: filter the torque. Not started: 0.
  * `standstill` must not be null. */
 lm_real lm_find_standstill(const lm_compensator *compensator, lm_standstill *standstill);
