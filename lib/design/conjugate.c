@@ -58,6 +58,8 @@ typedef struct generation {
   const lm_neutral_line *line;
   lm_flank_foot tip;
   lm_placement scan[SCAN_COUNT];
+  lm_real scan_lead[SCAN_COUNT];
+  lm_real scan_reach[SCAN_COUNT]; /* radius of the tip's corner */
 } generation;
 
 /* A point of the moving flank in polar coordinates of the rigid space, and its derivatives along
@@ -318,14 +320,13 @@ static maker scan_radius(const generation *g, lm_real radius) {
   int i;
   for (i = 0; i <= SCAN_COUNT; i++) {
     lm_real now = -REAL_INFINITY;
-    if (i < SCAN_COUNT && reaches(g, &g->scan[i], radius)) {
-      const lm_real angle = SCAN_STEP * LM_REAL(i - SCAN_BEHIND);
+    if (i < SCAN_COUNT && g->scan_reach[i] > radius) {
       const lm_flank_foot foot = foot_on(g, &g->scan[i], radius, ROUGH_STEPS);
       const lm_placement *p = &g->scan[i];
       now = real_near_atan(
                 (foot.along_mm * p->tilt_sin + foot.across_mm * p->tilt_cos) /
                 (p->radius_mm + foot.along_mm * p->tilt_cos - foot.across_mm * p->tilt_sin)) +
-            lead_of(g, p, angle);
+            g->scan_lead[i];
     }
     if (real_isfinite(last) && last >= before && last >= now) {
       candidate[candidates] = SCAN_STEP * LM_REAL(i - 1 - SCAN_BEHIND);
@@ -721,6 +722,27 @@ static void refine(const draft *rough, draft *d) {
   }
 }
 
+/* Values that follow from the nodes, for its evaluation. */
+static void prepare_evaluation(lm_conjugate *c) {
+  int low = 0;
+  int i;
+  c->per_height = LM_REAL(1) / (c->top_mm - c->low_mm);
+  for (i = 0; i < c->intervals; i++) {
+    const lm_real per_width = LM_REAL(1) / (c->place[i + 1] - c->place[i]);
+    const lm_real chord = (c->half_angle_rad[i + 1] - c->half_angle_rad[i]) * per_width;
+    const lm_real bend = c->slope_low[i] + c->slope_high[i] - LM_REAL(2) * chord;
+    c->square[i] = (chord - c->slope_low[i] - bend) * per_width;
+    c->cube[i] = bend * per_width * per_width;
+  }
+  for (i = 0; i < LM_CONJUGATE_BINS; i++) {
+    const lm_real from = LM_REAL(i) / LM_REAL(LM_CONJUGATE_BINS);
+    while (low < c->intervals - 1 && from >= c->place[low + 1]) {
+      low++;
+    }
+    c->first[i] = (unsigned char)low;
+  }
+}
+
 /* Shift and backlash move the finished flank. */
 static void displace(lm_conjugate *c, lm_real shift_mm, lm_real backlash_mm) {
   int i;
@@ -743,6 +765,7 @@ static void displace(lm_conjugate *c, lm_real shift_mm, lm_real backlash_mm) {
   c->low_mm += shift_mm;
   c->top_mm += shift_mm;
   c->land_mm = radius_at(c, c->place[0]);
+  prepare_evaluation(c);
 }
 
 static void start(generation *g, const lm_flank *flank, const lm_geometry *geometry,
@@ -753,7 +776,10 @@ static void start(generation *g, const lm_flank *flank, const lm_geometry *geome
   g->line = line;
   g->tip = lm_evaluate_flank(flank, flank->high_mm);
   for (i = 0; i < SCAN_COUNT; i++) {
-    g->scan[i] = lm_place_tooth(line, SCAN_STEP * LM_REAL(i - SCAN_BEHIND));
+    const lm_real angle = SCAN_STEP * LM_REAL(i - SCAN_BEHIND);
+    g->scan[i] = lm_place_tooth(line, angle);
+    g->scan_lead[i] = lead_of(g, &g->scan[i], angle);
+    g->scan_reach[i] = polar_radius(&g->scan[i], &g->tip);
   }
 }
 
@@ -772,7 +798,7 @@ lm_status lm_make_conjugate(const lm_flank *flank, const lm_geometry *geometry,
   start(&g, flank, geometry, line);
   rough.g = &g;
   rough.table.low_mm = geometry->rigid_tip_mm - shift_mm;
-  rough.table.top_mm = polar_radius(&g.scan[SCAN_BEHIND], &g.tip);
+  rough.table.top_mm = g.scan_reach[SCAN_BEHIND];
   if (!(rough.table.top_mm > rough.table.low_mm + LM_REAL(0.01) * geometry->module_mm)) {
     return refuse_contradiction(fault, "teeth.engagement_depth", rough.table.top_mm,
                                 rough.table.low_mm, REAL_INFINITY);
@@ -903,37 +929,26 @@ lm_status lm_tabulate_rigid_points(const lm_flank_points *points, const lm_geome
 lm_real lm_conjugate_half_angle(const lm_conjugate *conjugate, lm_real radius_mm,
                                 lm_real *tangent) {
   const lm_conjugate *c = conjugate;
-  const lm_real height = c->top_mm - c->low_mm;
-  const lm_real below = (c->top_mm - radius_mm) / height;
+  const lm_real below = (c->top_mm - radius_mm) * c->per_height;
   lm_real place = c->place[0];
-  lm_real width;
   lm_real x;
-  lm_real rest;
-  lm_real rise;
+  int bin;
   int low;
   *tangent = LM_REAL(0);
   if (!(below > place * place * (LM_REAL(1) - LAND_SLACK))) { /* the land: radial */
     return c->half_angle_rad[0];
   }
   place = real_sqrt(below);
-  /* The nodes are nearly equally spaced. */
-  low = (int)((place - c->place[0]) * LM_REAL(c->intervals) / (LM_REAL(1) - c->place[0]));
-  low = low < c->intervals ? low : c->intervals - 1;
-  while (low > 0 && place < c->place[low]) {
-    low--;
-  }
+  bin = (int)(place * LM_REAL(LM_CONJUGATE_BINS));
+  low = c->first[bin < LM_CONJUGATE_BINS ? bin : LM_CONJUGATE_BINS - 1];
   while (low < c->intervals - 1 && place >= c->place[low + 1]) {
     low++;
   }
-  width = c->place[low + 1] - c->place[low];
-  x = (place - c->place[low]) / width;
-  rest = LM_REAL(1) - x;
-  rise = (LM_REAL(6) * x * rest * (c->half_angle_rad[low + 1] - c->half_angle_rad[low]) / width +
-          rest * (LM_REAL(1) - LM_REAL(3) * x) * c->slope_low[low] +
-          x * (LM_REAL(1) - LM_REAL(3) * rest) * c->slope_high[low]);
-  *tangent = rise * radius_mm / (LM_REAL(2) * height * place);
-  return cubic(width, x, c->half_angle_rad[low], c->slope_low[low], c->half_angle_rad[low + 1],
-               c->slope_high[low]);
+  x = place - c->place[low];
+  *tangent =
+      (c->slope_low[low] + x * (LM_REAL(2) * c->square[low] + LM_REAL(3) * c->cube[low] * x)) *
+      radius_mm * c->per_height / (LM_REAL(2) * place);
+  return c->half_angle_rad[low] + x * (c->slope_low[low] + x * (c->square[low] + x * c->cube[low]));
 }
 
 lm_involute_point lm_evaluate_conjugate(const lm_conjugate *conjugate, lm_real radius_mm) {

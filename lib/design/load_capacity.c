@@ -105,11 +105,10 @@ static effect effect_of(const lm_design_workspace *w, const teeth *t, int place)
   const lm_contact *pair = &w->contacts[w->take_up.active[place]];
   const lm_mesh *mesh = &w->meshes[pair->section];
   const lm_geometry *g = &mesh->geometry;
-  const lm_placement at =
-      lm_place_tooth(&mesh->line, w->clearances[pair->section][pair->tooth].angle_rad);
+  const lm_real foot = w->clearances[pair->section][pair->tooth].foot_mm;
   const lm_real force = force_of(w, place);
-  const lm_real own_mm = pair->arm_mm - at.radius_mm + g->neutral_mm;
-  const lm_real tip = at.radius_mm + g->flexspline_tip_mm - g->neutral_mm;
+  const lm_real own_mm = pair->arm_mm - foot + g->neutral_mm;
+  const lm_real tip = foot + g->flexspline_tip_mm - g->neutral_mm;
   effect found;
   found.normal_N = force * real_sqrt(LM_REAL(1) + pair->wedge * pair->wedge);
   found.flexspline_Nmm = force * lever_of(&t->flexspline, own_mm);

@@ -165,11 +165,12 @@ static flank_point general_foot(const flank_pair *pair, const lm_flank_foot *foo
   const lm_real across = foot->along_mm * p->tilt_sin + x * p->tilt_cos;
   const lm_real d_along = foot->along_slope * p->tilt_cos - dx * p->tilt_sin;
   const lm_real d_across = foot->along_slope * p->tilt_sin + dx * p->tilt_cos;
-  const lm_real square = along * along + across * across;
   flank_point point;
+  lm_real per_radius;
   point.foot_mm = foot->radius_mm;
-  point.radius_mm = real_sqrt(square);
-  point.radius_slope = (along * d_along + across * d_across) / point.radius_mm;
+  point.radius_mm = real_sqrt(along * along + across * across);
+  per_radius = LM_REAL(1) / point.radius_mm;
+  point.radius_slope = (along * d_along + across * d_across) * per_radius;
   if (pair->mesh->rigid_kind != LM_FLANK_INVOLUTE) {
     point.half_angle_rad =
         lm_conjugate_half_angle(&pair->mesh->conjugate, point.radius_mm, &point.tangent);
@@ -181,10 +182,9 @@ static flank_point general_foot(const flank_pair *pair, const lm_flank_foot *foo
   }
   point.gap_rad = pair->closing * (point.half_angle_rad -
                                    pair->side * (real_near_atan(across / along) + pair->lead_rad));
-  point.gap_slope = -pair->closing *
-                    (point.tangent * point.radius_slope * point.radius_mm +
-                     pair->side * (along * d_across - across * d_along)) /
-                    square;
+  point.gap_slope = -pair->closing * per_radius *
+                    (point.tangent * point.radius_slope +
+                     pair->side * (along * d_across - across * d_along) * per_radius);
   point.flank_angle_rad = LM_REAL(0);
   return point;
 }
@@ -631,15 +631,18 @@ lm_status lm_make_face(const lm_drive *drive, int sections, int nodes, lm_mesh m
 
 lm_status lm_make_face_like(const lm_drive *drive, int sections, int nodes, const lm_mesh *like,
                             lm_mesh meshes[], lm_fault *fault) {
+  const int middle = sections / 2;
   lm_status status;
   int i;
   if (drive == 0 || meshes == 0) {
     return refuse(fault, LM_NULL, drive == 0 ? "drive" : "meshes");
   }
   status = check_range(fault, "sections", LM_REAL(sections), LM_REAL(1), LM_REAL(LM_SECTIONS_MAX));
+  /* The middle first: if it has the nominal deflection, its own line generates the flank. */
   for (i = 0; i < sections && status == LM_OK; i++) {
-    status = make_section(drive, sections, lm_section_factor(drive, i, sections), nodes,
-                          i > 0 ? &meshes[0] : like, &meshes[i], fault);
+    const int section = (middle + i) % sections;
+    status = make_section(drive, sections, lm_section_factor(drive, section, sections), nodes,
+                          i > 0 ? &meshes[middle] : like, &meshes[section], fault);
   }
   return status;
 }
@@ -658,6 +661,7 @@ lm_clearance lm_tooth_clearance(const lm_mesh *mesh, lm_real angle_rad) {
   lm_clearance clearance;
   flank_pair pair = place_pair(mesh, angle_rad, 1);
   clearance.angle_rad = angle_rad;
+  clearance.foot_mm = pair.place.radius_mm;
   clearance.forward = flank_gap(&pair);
   pair.side = -mesh->line.sense;
   clearance.backward = flank_gap(&pair);
@@ -746,6 +750,7 @@ static lm_real within_lobe(lm_real angle_rad) {
 static lm_clearance mirror_clearance(const lm_clearance *tooth) {
   lm_clearance mirrored;
   mirrored.angle_rad = -tooth->angle_rad;
+  mirrored.foot_mm = tooth->foot_mm;
   mirrored.forward = tooth->backward;
   mirrored.backward = tooth->forward;
   return mirrored;

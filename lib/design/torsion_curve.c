@@ -200,14 +200,12 @@ static lm_status prepare_give(const lm_drive *drive, const lm_mesh *mesh, lm_pai
 
 /* Along the force; the flexspline's own radius of the contact follows from its foot on the neutral
  * line. */
-static lm_real give_at(const lm_pair_give *give, const lm_mesh *mesh, lm_real angle_rad,
+static lm_real give_at(const lm_pair_give *give, const lm_mesh *mesh, lm_real foot_mm,
                        lm_real contact_mm) {
-  lm_placement place;
   if (give->fixed_mm_per_N > LM_REAL(0)) {
     return give->fixed_mm_per_N;
   }
-  place = lm_place_tooth(&mesh->line, angle_rad);
-  return look_up_give(&give->flexspline, contact_mm - place.radius_mm + mesh->geometry.neutral_mm) +
+  return look_up_give(&give->flexspline, contact_mm - foot_mm + mesh->geometry.neutral_mm) +
          look_up_give(&give->rigid, contact_mm);
 }
 
@@ -295,13 +293,13 @@ static lm_real eccentric_shift(const lm_generator *g, lm_real sense, lm_real ang
 }
 
 /* There is room for both flanks of every tooth of both lobes in all sections. */
-static void add_pair(builder *b, const lm_mesh *mesh, int section, int tooth, lm_real angle_rad,
-                     const lm_gap *gap, int side) {
+static void add_pair(builder *b, const lm_mesh *mesh, int section, int tooth,
+                     const lm_clearance *at, const lm_gap *gap, int side) {
   const lm_real c = real_cos(gap->flank_angle_rad);
-  const lm_real give = give_at(b->give, mesh, angle_rad, gap->radius_mm) / (c * c);
-  const lm_real shift =
-      b->lobes == 2 ? eccentric_shift(&b->drive->generator, mesh->line.sense, angle_rad, gap, side)
-                    : LM_REAL(0);
+  const lm_real give = give_at(b->give, mesh, at->foot_mm, gap->radius_mm) / (c * c);
+  const lm_real shift = b->lobes == 2 ? eccentric_shift(&b->drive->generator, mesh->line.sense,
+                                                        at->angle_rad, gap, side)
+                                      : LM_REAL(0);
   int lobe;
   for (lobe = 0; lobe < b->lobes; lobe++) {
     lm_contact *contact = &b->contacts[b->count];
@@ -329,10 +327,10 @@ static void add_section(builder *b, const lm_mesh *mesh, int section,
       continue;
     }
     if (c->forward.gap_rad - forward->gap_rad <= support->gap_limit_rad) {
-      add_pair(b, mesh, section, i, c->angle_rad, &c->forward, 1);
+      add_pair(b, mesh, section, i, c, &c->forward, 1);
     }
     if (c->backward.gap_rad - backward->gap_rad <= support->gap_limit_rad) {
-      add_pair(b, mesh, section, i, c->angle_rad, &c->backward, -1);
+      add_pair(b, mesh, section, i, c, &c->backward, -1);
     }
   }
 }

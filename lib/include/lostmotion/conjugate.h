@@ -27,6 +27,9 @@ LM_BEGIN_DECLS
  * intervals beyond the 28 of every flank. */
 #define LM_CONJUGATE_CORNERS_MAX 18
 
+/* Equal parts of s in which the search for an interval begins. */
+#define LM_CONJUGATE_BINS 128
+
 /* Share of the flank's height below the top without contact, chosen: the path of the tip's corner
  * reverses there and would generate a surface across the force. Beyond it the space continues
  * radially with constant width. */
@@ -51,6 +54,10 @@ typedef struct lm_conjugate {
   lm_real half_angle_rad[LM_CONJUGATE_INTERVALS_MAX + 1];
   lm_real slope_low[LM_CONJUGATE_INTERVALS_MAX]; /* by s, at both ends of a piece */
   lm_real slope_high[LM_CONJUGATE_INTERVALS_MAX];
+  lm_real square[LM_CONJUGATE_INTERVALS_MAX]; /* coefficients of (s - place)^2 and its cube */
+  lm_real cube[LM_CONJUGATE_INTERVALS_MAX];
+  lm_real per_height;                     /* 1 / (top - low) */
+  unsigned char first[LM_CONJUGATE_BINS]; /* interval in which each part begins */
   int corners; /* where the slope or the curvature jumps, falling radii */
   lm_real corner_mm[LM_CONJUGATE_CORNERS_MAX];
 } lm_conjugate;

@@ -33,6 +33,7 @@ typedef struct lm_clearance {
   lm_real angle_rad; /* of the tooth axis, material, from the deformation axis */
   lm_gap forward;    /* closes for positive torque */
   lm_gap backward;
+  lm_real foot_mm; /* distance of the tooth's foot on the neutral line from the centre */
 } lm_clearance;
 
 /* One axial section of the mesh. */
