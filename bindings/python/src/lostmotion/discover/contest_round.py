@@ -23,11 +23,16 @@ from lostmotion.effects.effect import Effect
 from lostmotion.evidence.contest import Contest, Result
 from lostmotion.evidence.gram import gather
 from lostmotion.fit.baseline import BaselineModel
+from lostmotion.fit.form_error import FormBasis
 from lostmotion.fit.point import Point
 from lostmotion.rms import rms_of
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
+
+
+RIDGE = 1e-9
+"""Relative ridge of a projection: columns may be multiples of each other."""
 
 
 class Projector:
@@ -38,13 +43,25 @@ class Projector:
         norm = np.sqrt(np.einsum("ij,ij->j", fixed, fixed))
         norm[norm == 0] = 1.0
         self.fixed = fixed / norm
-        self.normal = self.fixed.T @ self.fixed + 1e-9 * np.eye(norm.size)
+        self.normal = self.fixed.T @ self.fixed + RIDGE * np.eye(norm.size)
 
     def size(self, column: FloatArray) -> float:
         """Root mean square of the residual of a column."""
         column = column - column.mean()
         taken = self.fixed @ np.linalg.solve(self.normal, self.fixed.T @ column)
         return rms_of(column - taken)
+
+    def size_beyond(self, form: FormBasis, column: FloatArray) -> float:
+        """The same with all columns of a form error, whose Gram matrix is computed once."""
+        column = column - column.mean()
+        norm = np.sqrt(np.diag(form.gram))
+        norm[norm == 0] = 1.0
+        cross = self.fixed.T @ form.columns / norm
+        own = form.gram / np.outer(norm, norm) + RIDGE * np.eye(norm.size)
+        right = np.concatenate((self.fixed.T @ column, form.columns.T @ column / norm))
+        step = np.linalg.solve(np.block([[self.normal, cross], [cross.T, own]]), right)
+        model, rest = step[: -norm.size], step[-norm.size :] / norm
+        return rms_of(column - self.fixed @ model - (form.columns @ rest - form.mean @ rest))
 
 
 @dataclass

@@ -100,7 +100,7 @@ def with_form_error(
     other = base.copy()
     if largest is None:
         candidates = [candidate for candidate in candidates if candidate.named]
-        largest = largest_model(base, candidates)
+        largest = LargestModel.of(base, with_form(base, candidates), wanted=False)
     of_form = confounded_effects(largest, candidates)
     named = [c.columns for c in candidates if c.named and c.name not in of_form]
     other.form_error = estimate_form_error(base, noise, named)

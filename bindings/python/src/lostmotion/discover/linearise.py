@@ -13,7 +13,6 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion import rules
-from lostmotion.effects.conditions import side_by_side
 from lostmotion.evidence.contest import Contest
 from lostmotion.evidence.gram import gather
 from lostmotion.evidence.noise import Noise
@@ -86,13 +85,17 @@ def columns_of(
     curve, for the half widths and the offset it comes after the fixed columns. The form error comes
     last (`BaselineModel.form_error`), with the precision from its variance.
     """
-    fixed = base.fixed_columns(point)
     precision = np.append(base.precision(), np.zeros(COMMON))
     scatter = base.run_columns(point)
-    fixed = side_by_side(fixed, scatter[:, 1], np.ones(fixed.shape[0]))
-    if form and base.form_error is not None:
-        fixed = side_by_side(fixed, base.form_error.columns)
-        precision = np.append(precision, base.form_error.precision)
+    own = precision.size
+    error = base.form_error if form else None
+    width = 0 if error is None else error.columns.shape[1]
+    fixed = base.fixed_columns(point, beside=COMMON + width)
+    fixed[:, own - 2] = scatter[:, 1]
+    fixed[:, own - 1] = 1.0
+    if error is not None:
+        fixed[:, own:] = error.columns
+        precision = np.append(precision, error.precision)
     response = base.measured - point.angle
     # Encoder zeros may be large; the common part is subtracted to keep digits.
     response = response - float(np.mean(response))

@@ -32,8 +32,8 @@ class LargestModel:
     Attributes
     ----------
     base : BaselineModel
-    residual : ndarray
-        What none of the columns follows, arc seconds.
+    residual : ndarray or None
+        What none of the columns follows, arc seconds; None if it was not wanted.
     normal : ndarray
         Gram matrix of the columns, centred by run and of unit length.
     norm : ndarray
@@ -43,14 +43,19 @@ class LargestModel:
     """
 
     base: BaselineModel
-    residual: FloatArray
+    residual: FloatArray | None
     normal: FloatArray
     norm: FloatArray
     places: list[slice]
 
     @classmethod
-    def of(cls, base: BaselineModel, blocks: Sequence[FloatArray]) -> LargestModel:
-        """The largest model at the present point of a baseline model."""
+    def of(
+        cls, base: BaselineModel, blocks: Sequence[FloatArray], wanted: bool = True
+    ) -> LargestModel:
+        """The largest model at the present point of a baseline model.
+
+        Its residual takes a second pass over all columns; without it `noise` is not available.
+        """
         point = base.at()
         fixed, _, scatter, _ = columns_of(base, point, form=False)
         residual = base.residual(point)
@@ -66,6 +71,8 @@ class LargestModel:
         norm[norm == 0] = 1.0
         normal = square / np.outer(norm, norm)
         normal[np.diag_indices_from(normal)] += CALM_RIDGE
+        if not wanted:
+            return cls(base, None, normal, norm, places)
         step = np.linalg.solve(normal, along / norm) / norm
         rest = base.conditions.centred(residual)
         # A column that is constant in every run has only rounding left: its step is huge.
@@ -75,6 +82,7 @@ class LargestModel:
 
     def noise(self) -> Noise:
         """Noise model of the residual."""
+        assert self.residual is not None
         c = self.base.conditions
         return fit_noise(self.residual, c.time_s, c.starts, self.normal.shape[0])
 
@@ -131,7 +139,9 @@ def centred_pieces(
         at = slice(first, min(first + ROWS_AT_ONCE, c.rows))
         piece = room[:, : at.stop - first]
         np.concatenate([part[at].T for part in parts], out=piece)
-        piece -= means[:, c.run_of[at]]
+        for run in range(c.run_of[first], c.run_of[at.stop - 1] + 1):
+            own = slice(max(int(c.starts[run]) - first, 0), int(c.starts[run + 1]) - first)
+            piece[:, own] -= means[:, run, None]
         yield at, piece
 
 

@@ -8,7 +8,6 @@ import numpy.typing as npt
 from lostmotion.discover.contest_round import Projector
 from lostmotion.discover.gates import accepted
 from lostmotion.discover.linearise import Settled, columns_of
-from lostmotion.effects.conditions import side_by_side
 from lostmotion.evidence.contest import Contest
 from lostmotion.evidence.gram import gather
 from lostmotion.fit.baseline import BaselineModel
@@ -101,8 +100,8 @@ def beyond_form(base: BaselineModel, added: Term | Additive) -> float:
         angle = added.columns @ added.coefficients
     own = np.arange(places.start, places.stop)
     fixed = np.delete(base.fixed_columns(base.at()), own, axis=1)
-    rest = Projector(fixed).size(angle)
-    beyond = Projector(side_by_side(fixed, base.form_basis.columns)).size(angle)
+    others = Projector(fixed)
+    rest, beyond = others.size(angle), others.size_beyond(base.form_basis, angle)
     return (beyond / rest) ** 2 if rest > 0.0 else 1.0
 
 

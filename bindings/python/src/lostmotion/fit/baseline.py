@@ -189,13 +189,13 @@ class BaselineModel:
 
     # --- derivatives -----------------------------------------------------------------------------
 
-    def fixed_columns(self, point: Point, more: int = 0) -> FloatArray:
+    def fixed_columns(self, point: Point, more: int = 0, beside: int = 0) -> FloatArray:
         """Derivatives of the angle by the parameters, arc seconds per unit.
 
-        Contiguous columns, with `more` empty rows at the end.
+        Contiguous columns, with `more` empty rows at the end, and `beside` empty columns.
         """
         blocks = placed(self.blocks())
-        whole = np.empty((self.conditions.rows + more, blocks[-1][1].stop), order="F")
+        whole = np.empty((self.conditions.rows + more, blocks[-1][1].stop + beside), order="F")
         for block, places in blocks:
             block.fill(point, whole[: self.conditions.rows, places])
         return whole

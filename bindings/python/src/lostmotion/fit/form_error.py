@@ -96,6 +96,17 @@ class FormBasis:
         """Columns, (rows, n); a unit coefficient is about an arc second."""
         return np.asfortranarray(np.column_stack((self.preisach(), *self.paths())))
 
+    @cached_property
+    def mean(self) -> FloatArray:
+        """Mean of each column."""
+        return np.asarray(self.columns.mean(axis=0))
+
+    @cached_property
+    def gram(self) -> FloatArray:
+        """Gram matrix of the columns about their means."""
+        rows = self.columns.shape[0]
+        return np.asarray(self.columns.T @ self.columns - rows * np.outer(self.mean, self.mean))
+
     def preisach(self) -> FloatArray:
         """Odd functions of operators, each with unit rms."""
         torque = self.conditions.torque

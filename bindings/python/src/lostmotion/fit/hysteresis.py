@@ -16,7 +16,7 @@ series must leave some compliance of the torsion curve.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import pairwise
 
@@ -135,7 +135,7 @@ def operator_columns(
     """
     c = core(64)
     count = radius_Nm.size
-    out = c.zeros(followed.size, count)
+    out = np.empty((followed.size, count), dtype=c.real)
     for at in sessions:
         c.lib.lm_run_plays(
             c.pointer(c.array(radius_Nm)),
@@ -195,6 +195,10 @@ class Hysteresis:
     outside: FloatArray | None = None
     widening: FloatArray | None = None
     parallel: bool = True
+    last_started: tuple[tuple[object, ...], Started] | None = field(
+        default=None, repr=False, compare=False
+    )
+    """The last result of `started`, with all that it depends on; copies share it."""
 
     @classmethod
     def of_recordings(
@@ -303,11 +307,15 @@ class Hysteresis:
     def started(self) -> Started:
         """Rows of the first run of each session, and derivatives there by the start states."""
         c, out = self.conditions, []
+        key = (c, self.envelope_Nm, self.knee_Nm, self.radius_Nm.tobytes(), self.growth.tobytes())
+        if self.last_started is not None and self.last_started[0] == key:
+            return self.last_started[1]
         for session in self.sessions:
             end = c.starts[np.searchsorted(c.starts, session.start, side="right")]
             at = slice(session.start, int(end))
             followed = envelope(c.torque[at], self.envelope_Nm, self.knee_Nm)
             out.append((at, start_columns(self.radius_Nm, self.growth, followed)))
+        self.last_started = (key, out)
         return out
 
     def add(self, out: FloatArray, plays: FloatArray, weights: FloatArray) -> None:
