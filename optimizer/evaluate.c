@@ -252,6 +252,11 @@ static lm_status gap_turn(const lm_drive *drive, const lm_mesh_state *mesh, lm_r
   return status;
 }
 
+/* Whether the axial sections are those of the checks. */
+static int has_face_sections(const lm_drive *drive) {
+  return drive->axial_sections == lm_face_sections(drive);
+}
+
 /* The expensive part: contacts and their equilibrium at every tooth phase. */
 static lm_status find_gapless(const lm_problem *problem, const lm_drive *drive,
                               lm_gapless gapless[], lm_design_workspace *workspace,
@@ -268,7 +273,7 @@ static lm_status find_gapless(const lm_problem *problem, const lm_drive *drive,
     lm_contributions at[LM_GAPLESS_TORQUES];
     lm_status status = lm_evaluate_torsion_curve(drive, phase, torque, LM_GAPLESS_TORQUES, at,
                                                  &gapless[p].mesh, workspace, fault);
-    if (status == LM_OK) {
+    if (status == LM_OK && has_face_sections(drive)) {
       status = lm_measure_load(drive, torque[2], workspace, &gapless[p].load, fault);
     }
     if (status != LM_OK) {
@@ -525,11 +530,14 @@ lm_status lm_measure_drive(const lm_problem *problem, const lm_scan *scan, const
   if (status == LM_OK) {
     status = find_gapless(problem, drive, gapless, workspace, fault);
   }
-  for (p = 0; p < problem->phases && status == LM_OK; p++) {
-    lm_keep_worst_load(&gapless[p].load, p == 0, &load);
-  }
   if (status == LM_OK) {
     status = make_edges(drive, scan->nodes, workspace, fault);
+  }
+  for (p = 0; p < problem->phases && status == LM_OK && has_face_sections(drive); p++) {
+    lm_keep_worst_load(&gapless[p].load, p == 0, &load);
+  }
+  if (status == LM_OK && !has_face_sections(drive)) {
+    status = lm_find_rated_load(drive, problem->phases, workspace, &load, fault);
   }
   if (status == LM_OK) {
     status = lm_check_design(drive, workspace->face, edges_of(drive), &apart, &load, check, fault);

@@ -255,24 +255,27 @@ void lm_keep_worst_load(const lm_load *load, int first, lm_load *worst) {
 
 lm_status lm_find_rated_load(const lm_drive *drive, int phases, lm_design_workspace *workspace,
                              lm_load *load, lm_fault *fault) {
+  lm_drive along; /* the face: the pairs at its edges take part */
   lm_status status;
   int p;
   if (drive == 0 || workspace == 0 || load == 0) {
     return refuse(fault, LM_NULL, "drive, workspace, load");
   }
+  along = *drive;
+  along.axial_sections = lm_face_sections(drive);
   status = check_range(fault, "phases", LM_REAL(phases), LM_REAL(1), LM_REAL(LM_SWEEP_PHASES_MAX));
   if (status == LM_OK) {
-    status = lm_prepare_meshes(drive, LM_NEUTRAL_LINE_NODES, workspace, fault);
+    status = lm_prepare_meshes(&along, LM_NEUTRAL_LINE_NODES, workspace, fault);
   }
   for (p = 0; p < phases && status == LM_OK; p++) {
     const lm_real phase =
         LM_REAL(2) * LM_PI * LM_REAL(p) / LM_REAL(drive->teeth.flexspline_teeth * phases);
     lm_contributions at;
     lm_load here;
-    status = lm_evaluate_torsion_curve(drive, phase, &drive->rated_torque_Nm, 1, &at, 0, workspace,
+    status = lm_evaluate_torsion_curve(&along, phase, &along.rated_torque_Nm, 1, &at, 0, workspace,
                                        fault);
     if (status == LM_OK) {
-      status = lm_measure_load(drive, drive->rated_torque_Nm, workspace, &here, fault);
+      status = lm_measure_load(&along, drive->rated_torque_Nm, workspace, &here, fault);
     }
     if (status == LM_OK) {
       lm_keep_worst_load(&here, p == 0, load);

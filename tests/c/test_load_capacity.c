@@ -89,6 +89,26 @@ static void the_loads_are_those_of_the_torque(void) {
   }
 }
 
+/* The pairs at the edges of the face take part, unless the middle alone is requested. */
+static void the_rated_load_is_that_of_the_face(void) {
+  lm_drive drive = size20();
+  lm_load load[4];
+  int sections;
+  drive.teeth.rigid_shift = LM_REAL(3.2);
+  for (sections = 1; sections <= 3; sections++) {
+    drive.axial_sections = sections;
+    TEST_ASSERT_EQUAL(LM_OK, lm_find_rated_load(&drive, 2, &workspace, &load[sections], &fault));
+    TEST_ASSERT_EQUAL(sections, drive.axial_sections);
+  }
+  TEST_ASSERT_TRUE(load[1].ratcheting_torque_Nm == load[3].ratcheting_torque_Nm);
+  TEST_ASSERT_TRUE(load[2].ratcheting_torque_Nm == load[3].ratcheting_torque_Nm);
+  TEST_ASSERT_TRUE(load[1].largest_force_N == load[3].largest_force_N);
+  drive.axial_sections = 1;
+  drive.planar_only = 1;
+  TEST_ASSERT_EQUAL(LM_OK, lm_find_rated_load(&drive, 2, &workspace, &load[0], &fault));
+  TEST_ASSERT_TRUE(load[0].ratcheting_torque_Nm != load[3].ratcheting_torque_Nm);
+}
+
 static void a_higher_load_is_a_higher_stress(void) {
   lm_drive drive = size20();
   lm_load low;
@@ -119,6 +139,7 @@ int main(void) {
   RUN_TEST(coning_falls_with_the_length_of_the_cup);
   RUN_TEST(life_falls_with_the_cube_of_the_load);
   RUN_TEST(the_loads_are_those_of_the_torque);
+  RUN_TEST(the_rated_load_is_that_of_the_face);
   RUN_TEST(a_higher_load_is_a_higher_stress);
   RUN_TEST(nonsense_is_refused);
   return UNITY_END();
