@@ -87,6 +87,53 @@ def _(folder: Path, sheet: Sheet) -> Path:
     return save(folder, bare.added("lost_motion_rad", [f"{abs(x):.9f}" for x in lost]).text())
 
 
+def _dropped(sheet: Sheet, again: bool) -> str:
+    """The sheet with one column fewer from a run on, as after a restart with other settings."""
+    lines = sheet.text().splitlines()
+    at = sheet.cells("run").index(ODD) + 1
+    fewer = sheet.without("cycles").text().splitlines()
+    return "\n".join([*lines[:at], *fewer[:again], *fewer[at:]]) + "\n"
+
+
+@dress(
+    "a column fewer after a restart, the names again",
+    expected=REFUSED,
+    reason="the rows below have another meaning",
+    says=("6 columns of numbers from line 603", "split"),
+)
+def _(folder: Path, sheet: Sheet) -> Path:
+    return save(folder, _dropped(sheet, again=True))
+
+
+@dress(
+    "a column fewer after a restart, no names",
+    expected=REFUSED,
+    reason="it is not in the file which column is missing",
+    says=("6 columns of numbers from line 602", "split"),
+)
+def _(folder: Path, sheet: Sheet) -> Path:
+    return save(folder, _dropped(sheet, again=False))
+
+
+@dress(
+    "the lost motion under the name of the output angle",
+    expected=REFUSED,
+    reason="the output does not turn with the input",
+    says=("output_angle_rad", "run 19", "lost_motion_rad"),
+)
+def _(folder: Path, sheet: Sheet) -> Path:
+    lost = sheet.values("output_angle_rad") - sheet.values("input_angle_rad") / RATIO
+    return save(folder, sheet.put("output_angle_rad", [f"{x:.8f}" for x in lost]).text())
+
+
+@dress("zeros of all channels before the field bus is connected")
+def _(folder: Path, sheet: Sheet) -> Path:
+    lines = sheet.text().splitlines()
+    at = sheet.cells("run").index(ODD) + 1
+    zeros = [f"{ODD},{0.5 * i - 60:.1f},0,0,0,0,0" for i in range(100)]
+    return save(folder, "\n".join([*lines[:at], *zeros, *lines[at:]]) + "\n")
+
+
 @dress(
     "one run with the temperature in kelvin",
     expected=REFUSED,

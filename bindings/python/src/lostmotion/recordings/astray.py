@@ -8,6 +8,8 @@ following samples.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 import numpy.typing as npt
 
@@ -27,6 +29,9 @@ through the run reaches half of it.
 
 FOLLOWED = 0.5
 """Share of a motion that the other shaft must show for a real motion."""
+
+MEASURED = ("torque", "input_angle", "output_angle")
+"""Channels that all read zero without a connection; a thermometer may have its own."""
 
 WHOLE = 0.02
 """Relative tolerance for a jump to equal an encoder modulus."""
@@ -66,6 +71,22 @@ def astray(
             continue
         marked[stretch] = True
     return marked
+
+
+def unconnected(columns: Mapping[str, FloatArray]) -> BoolArray:
+    """Mark the rows in which torque and angles all read zero, as before a field bus is connected.
+
+    Zero must be far outside of the other readings of an angle: a drive without load may be at the
+    zeros of all its sensors.
+    """
+    if not columns.keys() >= set(MEASURED):
+        return np.zeros(columns["torque"].size, dtype=bool)
+    rows = np.logical_and.reduce([columns[name] == 0.0 for name in MEASURED])
+    for name in MEASURED[1:]:
+        others = columns[name][~rows & np.isfinite(columns[name])]
+        if rows.any() and others.size and max(others.min(), -others.max()) > np.ptp(others):
+            return np.asarray(rows)
+    return np.zeros(rows.size, dtype=bool)
 
 
 def is_lost(move_rad: float, other_turn_rad: float, count_rad: float | None) -> bool:

@@ -559,12 +559,22 @@ def refuse_unmapped(headers: Sequence[Header], files: int, mapping: Mapping[str,
         )
 
 
-def unused(column: str, chosen: Iterable[str]) -> str:
+def unused(column: str, chosen: Iterable[str], text: bool = False) -> str:
     """Report that a column is not used, and the map option for what its name suggests."""
-    quantity = column.lower()
-    if quantity not in QUANTITIES or quantity in chosen:
-        return UNUSED
-    return f"{UNUSED}; if it is the {quantity}: --map {column}={QUANTITIES[quantity].column}"
+    named = split_label(column)
+    if named is not None and named[0] not in chosen and text:
+        return f"{UNUSED}: text in its first cells, no numbers"
+    words, stated = normal(column).split("_"), unit_in(column)
+    for quantity in QUANTITIES.values():
+        if quantity.name in {*chosen, *NEEDED} or quantity.name not in words:
+            continue
+        unit = read_suffix(stated, quantity.dimension) if stated else None
+        if unit is not None or normal(column) == quantity.name:
+            name = quantity.column if unit is None else f"{quantity.name}_{unit.symbol}"
+            option = f"{column}={name}"
+            option = f"'{option}'" if " " in option else option
+            return f"{UNUSED}; if it is the {quantity.name}: --map {option}"
+    return UNUSED
 
 
 def counters_of(chosen: Mapping[str, tuple[str, ColumnName]]) -> dict[str, Counter]:

@@ -212,6 +212,34 @@ def check_encoders(campaign: Campaign, ratio: float | None) -> None:
                 "an encoder that works, or an angle in its own unit; or the recordings without "
                 "this run",
             )
+        check_both_turn(run, ratio)
+
+
+def check_both_turn(run: Run, ratio: float | None) -> None:
+    """Refuse a run in which one shaft turns farther than a drive winds up, and the other does not.
+
+    The column of the other is no angle of that shaft, or its encoder is loose.
+    """
+    if ratio is None or not math.isfinite(ratio) or measured_ratio(run) is not None:
+        return
+    if not {"input_angle", "output_angle"} <= run.columns.keys():
+        return
+    turned = {
+        "input_angle": float(np.ptp(run.columns["input_angle"] / ratio)),
+        "output_angle": float(np.ptp(run.columns["output_angle"])),
+    }
+    least, most = sorted(turned, key=lambda name: turned[name])
+    if turned[least] >= STUCK_TURN_RAD or turned[most] < 2 * STUCK_TURN_RAD:
+        return
+    by = {"input_angle": abs(ratio), "output_angle": 1.0}
+    raise InputError(
+        run.file,
+        QUANTITIES[least].column,
+        f"{turned[least] * by[least]:.3g} rad of motion in run {run.label}, in which the "
+        f"{most.replace('_', ' ')} moves {turned[most] * by[most]:.3g} rad",
+        "the angle of a shaft that turns with the other; lost_motion_rad if the column is the "
+        "difference of both; or the recordings without this run",
+    )
 
 
 def check_gate(

@@ -33,6 +33,7 @@ from lostmotion.recordings.columns import (
     ColumnName,
     check_map,
     counters_of,
+    holds_text,
     refuse_unmapped,
     resolve_columns,
     unused,
@@ -258,7 +259,8 @@ def note_columns(
     chosen, ignored = resolve_columns(table.header, mapping, protocol)
     findings += protocol.findings(name, chosen)
     for column in ignored:
-        action = unused(column, chosen)
+        at = table.header.names.index(column)
+        action = unused(column, chosen, holds_text(table.header.cells(at)))
         findings.append(Finding("ignored_column", name, shorten(column), None, 1, action))
     for quantity in protocol.unused(chosen):
         findings.append(Finding("ignored_column", name, chosen[quantity][0], None, 1, UNUSED))
@@ -301,6 +303,7 @@ def read_runs(
         present, codes = first_appearance(codes[::-1])
         labels = [labels[code] for code in present]
         findings.append(Finding("backward_time", name, "time_s", None, rows, NEWEST_ACTION))
+    codes, labels, again = begun_again(codes, labels, numbers["time"], name, findings)
     counters = counters_of(chosen)
     runs = []
     for label, index in zip(labels, rows_of_runs(codes, len(labels)), strict=True):
@@ -313,6 +316,7 @@ def read_runs(
         run = sound_run(name, label, columns, ratio, findings, counters)
         if run is not None:
             run.sources = dict(chosen)
+            run.begins = label in again
             runs.append(run)
     if not runs:
         found = "no row with numbers for torque and angle"
@@ -357,6 +361,53 @@ def runs_of_blocks(
     action = "no column run; the clock restarts after every blank line: runs numbered from 1"
     findings.append(Finding("runs", file, "run", None, len(begin) + 1, action))
     return np.cumsum(codes), list(range(1, len(begin) + 2))
+
+
+def begun_again(
+    codes: npt.NDArray[np.intp],
+    labels: list[int | str],
+    time_s: npt.NDArray[np.float64],
+    file: str,
+    findings: list[Finding],
+) -> tuple[npt.NDArray[np.intp], list[int | str], set[int | str]]:
+    """Separate the recordings of one label whose clock begins anew after other runs.
+
+    A logger that restarts numbers its runs from 1 again; the drive may have moved in between.
+
+    Returns
+    -------
+    codes : ndarray
+    labels : list
+    again : set
+        Labels of the runs that begin a session: the first one after each restart.
+    """
+    begins, sizes = sections(codes)
+    if begins.size == len(labels) or in_no_order(codes):
+        return codes, labels, set()
+    new, names = codes.copy(), list(labels)
+    current = list(range(len(labels)))
+    ended: dict[int, float] = {}
+    times = [1] * len(labels)
+    sessions: set[int | str] = set()
+    restarted = 0
+    for begin, size in zip(map(int, begins), map(int, sizes), strict=True):
+        code = int(codes[begin])
+        if size > BURST and time_s[begin] < ended.get(code, -np.inf):
+            times[code] += 1
+            current[code] = len(names)
+            names.append(f"{labels[code]} ({times[code]})")
+            action = f"the clock begins anew after other runs: read as run {names[-1]}"
+            findings.append(Finding("split_run", file, "run", labels[code], size, action))
+            if times[code] > restarted + 1:
+                sessions.add(names[-1])
+                restarted += 1
+        new[begin : begin + size] = current[code]
+        if size > BURST:
+            ended[code] = float(time_s[begin + size - 1])
+    if len(names) == len(labels):
+        return codes, labels, set()
+    present, new = first_appearance(new)
+    return new, [names[code] for code in present], sessions
 
 
 def rows_of_runs(codes: npt.NDArray[np.intp], runs: int) -> Iterator[npt.NDArray[np.intp]]:

@@ -18,11 +18,15 @@ import numpy.typing as npt
 
 from lostmotion.errors import InputError
 from lostmotion.recordings.campaign import Campaign, Run
+from lostmotion.recordings.findings import Finding
 from lostmotion.recordings.wild import PLAUSIBLE
 
 FloatArray = npt.NDArray[np.float64]
 
 LOST = "lost_motion_rad"
+
+FAHRENHEIT_ZERO, FAHRENHEIT_SCALE = 32.0, 1.8
+"""Degrees Fahrenheit at 0 C, and of one kelvin."""
 
 CURVE_SHARE = 0.5
 """Least share of the variance of the lost motion of a run that is linear in the torque: half, as
@@ -104,6 +108,7 @@ def check_runs_agree(campaign: Campaign) -> None:
         Names the runs and the column.
     """
     check_temperatures(campaign)
+    note_fahrenheit(campaign)
     check_magnitudes(campaign)
     if any(finding.kind in ("stuck", "ratio") for finding in campaign.findings):
         return
@@ -225,6 +230,34 @@ def check_temperatures(campaign: Campaign) -> None:
                 f"{float(np.median(values)):.4g} C in run {run.label}",
                 f"at most {most:g} C in a drive: temperature_K if it is in kelvin; or the "
                 "recordings without this column",
+            )
+
+
+def note_fahrenheit(campaign: Campaign) -> None:
+    """Report runs whose temperature is far from that of all others, unless it is in Fahrenheit.
+
+    As stated it is farther from the others than they are from each other; in Fahrenheit it would
+    be among them. A plan of two temperatures may look the same, so nothing is changed.
+    """
+    known = {
+        run.label: float(np.median(values[np.isfinite(values)]))
+        for run in campaign.runs
+        if (values := run.columns.get("temperature", np.zeros(0))).size
+        and np.isfinite(values).any()
+    }
+    for run in campaign.runs:
+        value = known.get(run.label, np.nan)
+        others = [other for other in known.values() if other != value]
+        if not others or not value - max(others) > max(others) - min(others):
+            continue
+        celsius = (value - FAHRENHEIT_ZERO) / FAHRENHEIT_SCALE
+        if min(others) <= celsius <= max(others):
+            action = (
+                f"{value:.4g} C, and {min(others):.4g} to {max(others):.4g} C in the other runs: "
+                f"if it is in Fahrenheit, it is {celsius:.4g} C"
+            )
+            campaign.findings.append(
+                Finding("range", run.file, "temperature_C", run.label, len(run), action)
             )
 
 

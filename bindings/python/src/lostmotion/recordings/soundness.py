@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion.errors import InputError
-from lostmotion.recordings.astray import astray
+from lostmotion.recordings.astray import astray, unconnected
 from lostmotion.recordings.campaign import Campaign, Log, Run
 from lostmotion.recordings.encoders import (
     FOLLOWED_SLACK,
@@ -46,6 +46,7 @@ FROZEN_MAX = 0.5
 FROZEN_ACTION = "constant reading while the drive moved; rows left out"
 
 ASTRAY_ACTION = "outliers; rows left out"
+UNCONNECTED_ACTION = "torque and angles all read 0, as without a connection; rows left out"
 
 LOAD_JUMP = 0.25
 """Share of the torque range above which a step is a load jump."""
@@ -221,6 +222,10 @@ def misreadings(
     counters: Mapping[str, Counter] | None,
 ) -> Iterator[tuple[str, npt.NDArray[np.bool_], str]]:
     """Yield faults of raw readings: quantity, rows, report text."""
+    zero = unconnected(columns)
+    if zero.any():
+        yield "torque", zero, UNCONNECTED_ACTION
+        columns = {name: np.where(zero, np.nan, values) for name, values in columns.items()}
     angles = ("input_angle", "output_angle")
     if columns.keys() >= set(angles) and ratio is not None and math.isfinite(ratio):
         known = np.isfinite(columns["input_angle"]) & np.isfinite(columns["output_angle"])

@@ -63,6 +63,13 @@ OPENED = re.compile(rb'(?:^|[,;\t|])[ \t]*"(?:[^"]|"")*$')
 NAMES_UP_TO = 64
 """Number of lines at the beginning in which such names are looked for."""
 
+TABLE_LEAST = 20
+"""Least number of consecutive lines of numbers that are another table. Chosen: a summary below a
+table, or a burst of torn lines, is shorter."""
+
+COLUMNS_LEAST = 2
+"""Least number of columns of a table: torque and lost motion."""
+
 LINES_KEPT = 1000
 """Largest number of lines that do not fit whose text is kept; further ones are not examined."""
 
@@ -235,8 +242,29 @@ class TextTable:
                 found, expected = f"a single quotation mark in line {number}", " fields without it"
             raise InputError(self.file, "", found, f"{self.width}{expected}")
         if torn:
+            self.refuse_other_table(torn)
             self.findings.append(set_aside(self.file, torn, count))
         self.body, self.lines = b"\n".join(kept), np.array(numbers, dtype=np.int64)
+
+    def refuse_other_table(self, torn: Sequence[tuple[int, str]]) -> None:
+        """Refuse consecutive lines of numbers with another number of columns.
+
+        They are no damage: the logger restarted with another list of channels.
+        """
+        widths = [width_of_numbers(self.layout.separator, line) for _, line in torn]
+        at = 0
+        for at_next in range(1, len(torn) + 1):
+            if (
+                at_next < len(torn)
+                and widths[at_next] == widths[at]
+                and torn[at_next][0] == torn[at_next - 1][0] + 1
+            ):
+                continue
+            if at_next - at >= TABLE_LEAST and widths[at] >= COLUMNS_LEAST:
+                found = f"{widths[at]} columns of numbers from line {torn[at][0]} on"
+                expected = f"{self.width} as above; split the file there"
+                raise InputError(self.file, "", found, expected)
+            at = at_next
 
     def over_lines(
         self, lines: Sequence[bytes], at: int, fields: list[str]
@@ -343,6 +371,12 @@ def set_aside(file: str, torn: Sequence[tuple[int, str]], count: int) -> Finding
     more = f", and line{'s' if len(torn) > 2 else ''} {others}" if len(torn) > 1 else ""
     action = f"line {number} ('{shown}'){more} does not fit the header; left out"
     return Finding("set_aside", file, "all columns", None, count, action)
+
+
+def width_of_numbers(separator: Separator, line: str) -> int:
+    """Count the fields of a line; 0 if most of them are no numbers."""
+    fields = fields_of(separator, line.encode())
+    return len(fields) if 2 * sum(map(is_value, fields)) > len(fields) else 0
 
 
 def fields_of(separator: Separator, line: bytes) -> list[str]:

@@ -1,0 +1,78 @@
+"""Runs whose labels begin anew, and columns that are used otherwise than their owner expects."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lostmotion.recordings import read_campaign, say_findings
+
+from .clean import HIDDEN, RATIO, RUNS, Sheet, clean
+from .judge import run
+
+AGAIN = {2: "1", 3: "2", 6: "3", 9: "4", 13: "5", 14: "1", 15: "2", 19: "3", 28: "4"}
+"""Labels of a logger that was restarted after five runs."""
+
+
+def relabelled(sheet: Sheet) -> Sheet:
+    return sheet.put("run", [AGAIN[int(label)] for label in sheet.cells("run")])
+
+
+def saved(folder: Path, sheet: Sheet) -> Path:
+    file = folder / "log.csv"
+    file.write_text(sheet.text())
+    return file
+
+
+def test_labels_that_begin_anew_with_the_clock_are_runs_of_their_own(tmp_path: Path) -> None:
+    file = saved(tmp_path, relabelled(clean()))
+    campaign = read_campaign(file, ratio=RATIO)
+    labels = [str(one.label) for one in campaign.runs]
+    assert labels == ["1", "2", "3", "4", "5", "1 (2)", "2 (2)", "3 (2)", "4 (2)"]
+    assert [one.begins for one in campaign.runs] == [i == 5 for i in range(len(RUNS))]
+    assert any("read as run 1 (2)" in line for line in say_findings(campaign.findings))
+    answer = run("diagnose", [file]).answer
+    assert (answer["verdict"], answer["effects"]) == ("missing-effect", [HIDDEN])
+
+
+def test_labels_that_alternate_with_a_clock_that_continues_are_joined(tmp_path: Path) -> None:
+    sheet = relabelled(clean())
+    later = 5000.0 * (np.array(clean().cells("run"), int) >= 14)
+    times = [f"{t:.4f}" for t in sheet.values("time_s") + later]
+    campaign = read_campaign(saved(tmp_path, sheet.put("time_s", times)), ratio=RATIO)
+    assert [one.label for one in campaign.runs] == [1, 2, 3, 4, 5]
+
+
+def test_a_run_in_fahrenheit_is_reported(tmp_path: Path) -> None:
+    label = "14"
+    values = clean().values("temperature_C")
+    of_run = np.array(clean().cells("run")) == label
+    values[of_run] = 1.8 * values[of_run] + 32.0
+    sheet = clean().put("temperature_C", [f"{value:.2f}" for value in values])
+    (line,) = say_findings(read_campaign(saved(tmp_path, sheet), ratio=RATIO).findings)
+    assert f"(run {label})" in line
+    assert "Fahrenheit" in line
+
+
+@pytest.mark.parametrize("warm_C", [40.0, 60.0, 90.0])
+def test_a_plan_of_two_temperatures_is_not_reported(warm_C: float, tmp_path: Path) -> None:
+    warm = np.array(clean().cells("run")) == "14"
+    near_20 = 20.0 + 0.1 * clean().values("temperature_C")
+    cells = [f"{value:.2f}" for value in np.where(warm, warm_C, near_20)]
+    campaign = read_campaign(saved(tmp_path, clean().put("temperature_C", cells)), ratio=RATIO)
+    assert not campaign.findings
+
+
+def test_an_unused_column_of_a_quantity_states_its_map(tmp_path: Path) -> None:
+    sheet = clean().renamed(temperature_C="Temperature motor [°F]")
+    (line,) = say_findings(read_campaign(saved(tmp_path, sheet), ratio=RATIO).findings)
+    assert line.endswith("--map 'Temperature motor [°F]=temperature_F'")
+
+
+def test_a_temperature_that_a_spreadsheet_made_a_date_is_named(tmp_path: Path) -> None:
+    sheet = clean().put("temperature_C", ["22. Mai"] * len(clean()))
+    (line,) = say_findings(read_campaign(saved(tmp_path, sheet), ratio=RATIO).findings)
+    assert "temperature_C: ignored column" in line
+    assert line.endswith("text in its first cells, no numbers")
