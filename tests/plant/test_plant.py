@@ -26,6 +26,29 @@ def test_every_case_is_no_worse_than_none_and_none_rings(made: tuple[Path, list[
     assert status == 0, table
     # Header and rows: nothing was left out.
     assert len(table.splitlines()) == 1 + 2 * 50, table
+    check_page(table)
+
+
+QUOTED = {
+    "without compensation": ("", 0),
+    "unfiltered sensor, 0.1 N m declared": ("raw sensor, error told", 3),
+    "unfiltered current, 5 N m declared": ("raw current, error told", 3),
+    "sensor, filter of [`torque.h`](reference/generated/torque_h.md)": ("sensor", 3),
+    "current, the same filter": ("current", 3),
+}
+"""Rows of the page for move and dwell at 1 kHz: fault and column of the program's table."""
+
+
+def check_page(table: str) -> None:
+    """Compare the page's errors of an unfiltered torque with the program's."""
+    cases = {}
+    for line in table.splitlines()[1:]:
+        kHz, *errors = line[52:].split()[:5]
+        cases[line[:26].strip(), line[26:52].strip(), kHz] = errors
+    page = (plant_table.ROOT / "bindings/python/docs/integration_reference.md").read_text()
+    for row, (fault, column) in QUOTED.items():
+        error = float(cases["move and dwell", fault, "1"][column])
+        assert f"| {row} | {error:.0f} |" in page, (row, error)
 
 
 def test_watch_leaves_ordinary_duty_alone_and_finds_misuse(made: tuple[Path, list[str]]) -> None:
