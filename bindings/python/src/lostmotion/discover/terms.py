@@ -20,7 +20,9 @@ def contest_of_term(settled: Settled, place: int) -> tuple[Contest, str]:
     """Evidence for a term in the model, linearised at that model.
 
     The contribution of the term is added back to the residual. The block of its name has the
-    columns of its estimated values, the contribution in place of the one that scales it most.
+    columns of its estimated values that scale it, the contribution in place of the one that scales
+    it most. The others are fixed: without the term they have no meaning, so their columns would
+    cost the test degrees of freedom of the runs and be no evidence for it.
     """
     base = settled.base
     point = base.at()
@@ -28,12 +30,14 @@ def contest_of_term(settled: Settled, place: int) -> tuple[Contest, str]:
     name, own = base.terms[place].effect.name, term_places(base, place)
     done = term_angle(base, place)
     response = response + done
-    block = fixed[:, own]
-    scales = scaling_place(base, place, block)
-    if scales is None:
-        block = done[:, None]
+    term = base.terms[place]
+    carries = [k for k, i in enumerate(term.free) if i in term.effect.scaling()]
+    block = fixed[:, own[carries]]
+    share = np.linalg.norm(block, axis=0) * np.abs(term.values[[term.free[k] for k in carries]])
+    if np.any(share > 0.0):
+        block[:, np.argmax(share)] = done
     else:
-        block[:, scales] = done
+        block = done[:, None]
     evidence = gather(
         np.delete(fixed, own, axis=1),
         np.delete(precision, own),
@@ -61,15 +65,6 @@ def term_angle(base: BaselineModel, place: int) -> FloatArray:
     without = base.copy()
     del without.terms[place]
     return base.angle() - without.angle()
-
-
-def scaling_place(base: BaselineModel, place: int, block: FloatArray) -> int | None:
-    """Of the columns of a term's values, the one that contributes most; None if none scales it."""
-    term = base.terms[place]
-    scaling = term.effect.scaling()
-    size = np.linalg.norm(block, axis=0) * np.abs(term.values[term.free])
-    size[[i not in scaling for i in term.free]] = 0.0
-    return int(np.argmax(size)) if np.any(size > 0.0) else None
 
 
 def term_size(base: BaselineModel, place: int) -> float:
