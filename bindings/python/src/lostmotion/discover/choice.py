@@ -188,8 +188,10 @@ def try_lead(model: GrowingModel, lead: Lead, limits: LeastSizes, count: int) ->
         return limits.meets(lead.round, lead.result, size)
 
     contender.size = model.size_within(contender) if lead.size is None else lead.size
-    contender.passes = contender.gain >= rules.GAIN_LEAST and (
-        not contender.candidate.named or model.passes_gates(contender, count)
+    contender.passes = (
+        contender.gain >= rules.GAIN_LEAST
+        and (lead.absorbed or large(contender.size))
+        and (not contender.candidate.named or model.passes_gates(contender, count))
     )
     if contender.passes and lead.absorbed and not large(contender.size):
         contender.size = max(contender.size, model.fall_of_error(contender))

@@ -166,7 +166,9 @@ def find_events(base: BaselineModel, noise: Noise, within_arcsec: float) -> list
     # Here each run has its own stiffness, friction, gap, offset and curve.
     keep = np.einsum("ij,ij->j", fixed, fixed) > 0
     columns = side_by_side(fixed[:, keep], scatter[:, :3])
-    response = base.residual() - form_part(base, contest_at(base, noise))
+    response = base.residual()
+    if base.form_error is not None:
+        response -= form_part(base, contest_at(base, noise))
     best = [scan_run(base, noise, run, columns, response) for run in range(base.conditions.runs)]
     scores = np.array([event.score for event in best])
     for event in sorted(best, key=lambda e: -e.score):

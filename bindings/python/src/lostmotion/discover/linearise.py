@@ -246,8 +246,7 @@ def contest_at(base: BaselineModel, noise: Noise, near: Contest | None = None) -
 
 def form_part(base: BaselineModel, contest: Contest) -> FloatArray:
     """Form error of a model in each row, arc seconds, as estimated from its evidence."""
-    if base.form_error is None:
-        return np.zeros(base.conditions.rows)
+    assert base.form_error is not None
     columns, e = base.form_error.columns, contest.evidence
     step = contest.null_step() / e.scale[e.fixed]
     return np.asarray(columns @ step[-columns.shape[1] :])

@@ -330,11 +330,13 @@ class RecordedModel(GrowingModel):
         base = self.now.base.copy()
         base.form_error = None
         formless = settle(base, self.noise)
-        candidates, closed = named_candidates(
-            self.effects, formless.base, formless.base.at(), self.ratio
-        )
         of_form = {name for name, candidate in current.candidates.items() if candidate.of_form}
-        alone = [c for c in candidates if c.hangs_on_load_alone or c.name in of_form]
+        effects = {
+            name: effect
+            for name, effect in self.effects.items()
+            if effect.needs <= LOAD_NEEDS or name in of_form
+        }
+        alone, closed = named_candidates(effects, formless.base, formless.base.at(), self.ratio)
         self.formless = make_round(formless, alone, closed)
         found = [r for r in judge_all(self.formless) if accepted(r, count)]
         return leads + strongest([Lead(self.formless, result, None) for result in found])

@@ -190,11 +190,24 @@ class Conditions:
         """One column minus the mean of each run."""
         return np.asarray(values - self.run_mean(values)[self.run_of])
 
-    def centred_on(self, rows: npt.NDArray[np.bool_], values: FloatArray) -> FloatArray:
-        """Values of some rows minus the mean of each run over them; one column or several."""
-        kept = np.compress(rows, values.T, axis=-1).T
+    def centred_on(
+        self, rows: npt.NDArray[np.bool_], values: FloatArray, more: int = 0
+    ) -> FloatArray:
+        """Values of some rows minus the mean of each run over them; one column or several.
+
+        With `more` empty rows at the end.
+        """
         counts = np.add.reduceat(rows.astype(np.intp), self.starts[:-1])
-        subtract_means(kept if kept.ndim > 1 else kept[:, None], counts[counts > 0])
+        count = int(counts.sum())
+        kept = np.empty((count + more, *values.shape[1:]), order="F")
+        # Stretches of rows are copied at once, because whole runs are left out.
+        ends = np.flatnonzero(np.diff(rows, prepend=False, append=False))
+        place = 0
+        for begin, end in zip(ends[::2], ends[1::2], strict=True):
+            kept[place : place + end - begin] = values[begin:end]
+            place += end - begin
+        own = kept[:count]
+        subtract_means(own if own.ndim > 1 else own[:, None], counts[counts > 0])
         return kept
 
     def known(self) -> frozenset[str]:

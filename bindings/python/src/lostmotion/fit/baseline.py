@@ -332,11 +332,9 @@ class BaselineModel:
                 if rows is None:
                     columns = self.fixed_columns(point, known.size)
                     c.centre(columns[: c.rows])
-                    columns[c.rows :] = known_rows
                 else:
-                    columns = np.concatenate(
-                        (c.centred_on(rows, self.fixed_columns(point)), known_rows)
-                    )
+                    columns = c.centred_on(rows, self.fixed_columns(point), known.size)
+                columns[columns.shape[0] - known.size :] = known_rows
                 sticking.convert(columns, free)
                 return columns
 
