@@ -84,13 +84,9 @@ typedef enum commissioning_finding {
 /* What could not be checked, as bits. */
 #define COMMISSIONING_UNCHECKED_OUTPUT 1u /* no encoder at the output */
 #define COMMISSIONING_UNCHECKED_TORQUE 2u /* the load hardly changed: shake more or faster */
-#define COMMISSIONING_UNCHECKED_LOOP                                                               \
-  4u                                     /* the lost motion hardly changed: more travel, or a load \
-                                          */
-#define COMMISSIONING_UNCHECKED_TOOTH 8u /* an error of 1 in the ratio is not detectable */
-#define COMMISSIONING_UNCHECKED_RATES                        \
-  16u /* output_loop: size and sign of the fed forward rates \
-       */
+#define COMMISSIONING_UNCHECKED_LOOP 4u   /* the lost motion hardly changed: more travel or load */
+#define COMMISSIONING_UNCHECKED_TOOTH 8u  /* an error of 1 in the ratio is not detectable */
+#define COMMISSIONING_UNCHECKED_RATES 16u /* output_loop: size and sign of the rates fed forward */
 
 typedef struct commissioning_settings {
   const lm_parameters *parameters;

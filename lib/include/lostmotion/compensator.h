@@ -39,8 +39,8 @@
  *   home          in LM_MODE_RUN: set the reported angle again, and shift the command with it. The
  *                 zero may be wrong by lm_bound_uncertainty, by correction_rad + lost_motion_rad,
  *                 and by the angle by which an error of the torque winds the joint up. If that is
- * too much, drive a load cycle and home again power-down    brake; after the same standstill
- * lm_save_compensator. Power failure: do not save
+ *                 too much, drive a load cycle and home again
+ *   power-down    brake; after the same standstill lm_save_compensator. Power failure: do not save
  *
  * Requirements on the host:
  *   - One call in every period_s of the parameters.

@@ -96,10 +96,8 @@ typedef enum lm_value_scale {
 /* Bits of `traits`. */
 #define LM_VALUE_BETWEEN_RUNS 1u  /* dependence on quantities that are constant within a run */
 #define LM_VALUE_SIGN_OF_RATIO 2u /* it has the sign of the drive's ratio */
-#define LM_VALUE_SIGN_OF_FIRST                                                   \
-  4u /* it has the sign of the first value; the other sign is a different effect \
-      */
-#define LM_VALUE_SCALES 8u /* it scales the effect together with the linear values */
+#define LM_VALUE_SIGN_OF_FIRST 4u /* sign of the first value; otherwise it is a different effect */
+#define LM_VALUE_SCALES 8u        /* it scales the effect together with the linear values */
 
 #define LM_STARTS_MAX 4 /* start values of one value */
 

@@ -98,9 +98,8 @@
 #if LM_PROFILE == LM_PROFILE_GAP
 #define LM_ENVELOPE 0
 #else
-#define LM_ENVELOPE                                                              \
-  1 /* 0 or 1: operators can follow an envelope of the torque, as fitted ones do \
-     */
+/* 0 or 1: operators can follow an envelope of the torque, as fitted ones do. */
+#define LM_ENVELOPE 1
 #endif
 #endif
 #if LM_ENVELOPE < 0 || LM_ENVELOPE > 1

@@ -34,9 +34,9 @@
  *   - give lm_estimate_torque the measured velocity of the motor shaft, and its commanded
  *     acceleration, correction included (differences of encoder counts are too noisy);
  *   - pass the filtered estimate through lm_hold_torque, so that friction of unknown sign at
- *     standstill causes no motion. Its uncertainty is lm_bound_torque through the same filter,
- * which starts at the bound at speed 0 (the filter of the estimate at the torque in use): the bound
- *     falls to zero as soon as the motor moves, the filtered estimate is right only later;
+ *     standstill causes no motion. Its uncertainty is lm_bound_torque through the same filter: the
+ *     bound falls to zero as soon as the motor moves, the filtered estimate is right only later.
+ *     This filter starts at the bound at speed 0, that of the estimate at the torque in use;
  *   - do not use the estimate while a brake holds the motor, nor in the first second after: its
  *     current is zero and the gear still bears the load. Take the torque of the command (gravity at
  *     the reported angle) or, if it is not known, keep that from before;
