@@ -30,9 +30,9 @@ from lostmotion.rms import rms_of
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
 
-
-RIDGE = 1e-9
-"""Relative ridge of a projection: columns may be multiples of each other."""
+PROJECTION_RIDGE = 1e-9
+"""Relative ridge of the columns of a model when it is projected out of other columns. Its columns
+may be multiples of each other; the ridge is far above the rounding of their products."""
 
 
 class Projector:
@@ -43,7 +43,7 @@ class Projector:
         norm = np.sqrt(np.einsum("ij,ij->j", fixed, fixed))
         norm[norm == 0] = 1.0
         self.fixed = fixed / norm
-        self.normal = self.fixed.T @ self.fixed + RIDGE * np.eye(norm.size)
+        self.normal = self.fixed.T @ self.fixed + PROJECTION_RIDGE * np.eye(norm.size)
 
     def size(self, column: FloatArray) -> float:
         """Root mean square of the residual of a column."""
@@ -57,7 +57,7 @@ class Projector:
         norm = np.sqrt(np.diag(form.gram))
         norm[norm == 0] = 1.0
         cross = self.fixed.T @ form.columns / norm
-        own = form.gram / np.outer(norm, norm) + RIDGE * np.eye(norm.size)
+        own = form.gram / np.outer(norm, norm) + PROJECTION_RIDGE * np.eye(norm.size)
         right = np.concatenate((self.fixed.T @ column, form.columns.T @ column / norm))
         step = np.linalg.solve(np.block([[self.normal, cross], [cross.T, own]]), right)
         model, rest = step[: -norm.size], step[-norm.size :] / norm

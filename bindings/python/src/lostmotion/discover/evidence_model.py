@@ -15,7 +15,7 @@ import numpy.typing as npt
 from lostmotion import rules
 from lostmotion.candidates.candidate import KINDS, Candidate
 from lostmotion.candidates.forms import Linear, form_of
-from lostmotion.discover.contest_round import ContestRound, form_size
+from lostmotion.discover.contest_round import PROJECTION_RIDGE, ContestRound, form_size
 from lostmotion.discover.gates import accepted, judge, judge_all, paid_by_kind
 from lostmotion.discover.growing_model import Contender, GrowingModel, Lead
 from lostmotion.effects.effect import Effect
@@ -27,9 +27,6 @@ from lostmotion.evidence.left_out import errors
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
-
-SIZE_RIDGE = 1e-9
-"""Relative ridge of the columns of a model when it is projected out of other columns."""
 
 
 @dataclass
@@ -60,7 +57,7 @@ class EvidenceRound(ContestRound):
         h = gram[np.ix_(f, f)]
         cross = gram[np.ix_(f, block)] @ own
         left = own @ gram[np.ix_(block, block)] @ own
-        ridge = SIZE_RIDGE * np.diag(np.where(np.diag(h) > 0, np.diag(h), 1.0))
+        ridge = PROJECTION_RIDGE * np.diag(np.where(np.diag(h) > 0, np.diag(h), 1.0))
         left -= cross @ np.linalg.solve(h + ridge, cross)
         return float(np.sqrt(max(left, 0.0) / self.rows))
 

@@ -51,7 +51,8 @@ PLAIN_STEPS = 8
 """Evaluations of the fit without deviations that only finds starts of effects."""
 
 REFIT_STEPS = 12
-"""Evaluations of a joint refit."""
+"""Evaluations of a joint refit. Chosen: by the time of a diagnosis; `settle` continues from there.
+"""
 
 
 @dataclass
