@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import math
 import re
+import shlex
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -571,8 +572,7 @@ def unused(column: str, chosen: Iterable[str], text: bool = False) -> str:
         unit = read_suffix(stated, quantity.dimension) if stated else None
         if unit is not None or normal(column) == quantity.name:
             name = quantity.column if unit is None else f"{quantity.name}_{unit.symbol}"
-            option = f"{column}={name}"
-            option = f"'{option}'" if " " in option else option
+            option = shlex.quote(f"{column}={name}")
             return f"{UNUSED}; if it is the {quantity.name}: --map {option}"
     return UNUSED
 

@@ -20,13 +20,11 @@ from lostmotion.errors import InputError
 from lostmotion.recordings.campaign import Campaign, Run
 from lostmotion.recordings.findings import Finding
 from lostmotion.recordings.wild import PLAUSIBLE
+from lostmotion.units import convert
 
 FloatArray = npt.NDArray[np.float64]
 
 LOST = "lost_motion_rad"
-
-FAHRENHEIT_ZERO, FAHRENHEIT_SCALE = 32.0, 1.8
-"""Degrees Fahrenheit at 0 C, and of one kelvin."""
 
 CURVE_SHARE = 0.5
 """Least share of the variance of the lost motion of a run that is linear in the torque: half, as
@@ -250,7 +248,7 @@ def note_fahrenheit(campaign: Campaign) -> None:
         others = [other for other in known.values() if other != value]
         if not others or not value - max(others) > max(others) - min(others):
             continue
-        celsius = (value - FAHRENHEIT_ZERO) / FAHRENHEIT_SCALE
+        celsius = convert(value, "F", "C")
         if min(others) <= celsius <= max(others):
             action = (
                 f"{value:.4g} C, and {min(others):.4g} to {max(others):.4g} C in the other runs: "
