@@ -26,10 +26,7 @@ def main() -> int:
     parser.add_argument("--alone", action="store_true", help="each command in a process of its own")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
     parser.add_argument(
-        "--resume",
-        type=Path,
-        metavar="FILE",
-        help="append to FILE, skip the logs that it lists",
+        "--resume", type=Path, metavar="FILE", help="append to FILE, skip the logs that it lists"
     )
     arguments = parser.parse_args()
     wanted = [

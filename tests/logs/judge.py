@@ -86,10 +86,7 @@ def run(
 
 def _run_alone(words: list[str]) -> Outcome:
     done = subprocess.run(
-        [sys.executable, "-m", "lostmotion", *words],
-        capture_output=True,
-        text=True,
-        check=False,
+        [sys.executable, "-m", "lostmotion", *words], capture_output=True, text=True, check=False
     )
     trace = done.stderr if "Traceback" in done.stderr else ""
     return Outcome(done.returncode, error=done.stderr, trace=trace)
@@ -147,10 +144,7 @@ def clean_findings() -> set[str]:
 
 
 def differs(
-    command: str,
-    answer: dict[str, Any],
-    less: Sheet | None = None,
-    within: float = WITHIN,
+    command: str, answer: dict[str, Any], less: Sheet | None = None, within: float = WITHIN
 ) -> str:
     """Describe the difference of an answer from the correct one; empty if there is none.
 

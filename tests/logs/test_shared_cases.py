@@ -1,7 +1,8 @@
-"""The files of real owners in the folder ``../shared/cases`` have the answer of their clean copies.
+"""Files that failed for their owners have the answers of their clean copies.
 
-The folder lies beside the repository; `LOSTMOTION_CASES` names another place. Without it the tests
-are skipped. The clean copy of most files is the first rows of `s_clean.csv`, so the expected
+The files are not part of the repository: `LOSTMOTION_CASES` names their folder, by default
+``../shared/cases``. Without it the tests are skipped; `table.py` has logs with the same faults that
+are always tested. The clean copy of most files is the first rows of `s_clean.csv`, so the expected
 answer is computed from that file.
 """
 
@@ -21,7 +22,10 @@ CLEAN = "01-torque-dropout/s_clean.csv"
 BOUGHT = "01-torque-dropout/size_25.toml"
 RATIO = 100
 
-pytestmark = pytest.mark.skipif(not CASES.is_dir(), reason=f"no folder {CASES}")
+pytestmark = pytest.mark.skipif(
+    not CASES.is_dir(),
+    reason="files of their owners, not in the repository: set LOSTMOTION_CASES to their folder",
+)
 
 
 @dataclass(frozen=True)
@@ -103,10 +107,7 @@ def first_rows(name: str, rows: int, folder: Path) -> Path:
 @pytest.mark.parametrize("case", SAME, ids=lambda case: case.file + "".join(case.maps))
 def test_a_file_has_the_answer_of_its_clean_copy(case: Case, tmp_path: Path) -> None:
     clean = CASES / case.clean if case.rows is None else first_rows(case.clean, case.rows, tmp_path)
-    found, right = (
-        four(CASES / case.file, case.drive, case.maps),
-        four(clean, case.drive),
-    )
+    found, right = four(CASES / case.file, case.drive, case.maps), four(clean, case.drive)
     for command in COMMANDS:
         assert (found[command].status, found[command].trace) == (0, ""), found[command].error
         values, same = numbers(command, found[command].answer)
@@ -171,10 +172,8 @@ def test_one_run_with_a_temperature_is_inconclusive() -> None:
 
 
 def test_a_dead_zone_that_depends_on_temperature_is_named() -> None:
-    found = four(
-        CASES / "32-dead-zone-temperature/bench.csv.gz",
-        "32-dead-zone-temperature/joint.toml",
-    )
+    folder = "32-dead-zone-temperature"
+    found = four(CASES / folder / "bench.csv.gz", f"{folder}/joint.toml")
     assert [outcome.status for outcome in found.values()] == [0] * 4
     answer: dict[str, Any] = found["diagnose"].answer
     assert (answer["effects"], answer["events"]) == (["thermal_gap"], [])
