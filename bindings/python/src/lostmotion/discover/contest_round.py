@@ -54,13 +54,13 @@ class Projector:
     def size_beyond(self, form: FormBasis, column: FloatArray) -> float:
         """The same with all columns of a form error, whose Gram matrix is computed once."""
         column = column - column.mean()
-        norm = np.sqrt(np.diag(form.gram))
-        norm[norm == 0] = 1.0
-        cross = self.fixed.T @ form.columns / norm
-        own = form.gram / np.outer(norm, norm) + PROJECTION_RIDGE * np.eye(norm.size)
-        right = np.concatenate((self.fixed.T @ column, form.columns.T @ column / norm))
+        varies = form.varies
+        per_norm = varies / np.sqrt(np.where(varies, np.diag(form.gram), 1.0))
+        cross = self.fixed.T @ form.columns * per_norm
+        own = form.gram * np.outer(per_norm, per_norm) + PROJECTION_RIDGE * np.eye(per_norm.size)
+        right = np.concatenate((self.fixed.T @ column, form.columns.T @ column * per_norm))
         step = np.linalg.solve(np.block([[self.normal, cross], [cross.T, own]]), right)
-        model, rest = step[: -norm.size], step[-norm.size :] / norm
+        model, rest = step[: -per_norm.size], step[-per_norm.size :] * per_norm
         return rms_of(column - self.fixed @ model - (form.columns @ rest - form.mean @ rest))
 
 

@@ -40,7 +40,8 @@ PATH_TOLERANCE = 0.15
 other: the noise of the torque is a tenth of the smallest loops."""
 
 SEEN = 1e-3
-"""A column with an rms below this share of the largest rms is left out."""
+"""A column with an rms below this share of the largest rms is left out, and so is one that deviates
+from its mean by less than this share of its rms."""
 
 
 @dataclass(frozen=True)
@@ -106,6 +107,12 @@ class FormBasis:
         """Gram matrix of the columns about their means."""
         rows = self.columns.shape[0]
         return np.asarray(self.columns.T @ self.columns - rows * np.outer(self.mean, self.mean))
+
+    @cached_property
+    def varies(self) -> npt.NDArray[np.bool_]:
+        """Whether each column varies: of a constant torque only rounding is left in `gram`."""
+        square, rows = np.diag(self.gram), self.columns.shape[0]
+        return np.asarray(square > SEEN**2 * (square + rows * self.mean**2))
 
     def preisach(self) -> FloatArray:
         """Odd functions of operators, each with unit rms."""
