@@ -23,7 +23,8 @@
  *   cost tolerance_exponent 1               cost size 1              cost discs 3
  *   damaged_share 0.05                      to test the search
  *   start discs 3.1 7                       a design to begin with: a value of every choice, then
- * of every range, in their order; after all other statements
+ *                                           of every range, in their order; after all other
+ *                                           statements
  *
  * A key is fixed, varied or chosen, once; so is a quantity that two keys can state (rigid_shift and
  * shift_difference, deflection_mm and deflection_modules). `ratio` chooses teeth.flexspline_teeth.

@@ -11,7 +11,7 @@
  *   FITTED(field, NEED, usual, uses)  limited to the fitted range; if unknown, `usual`. `uses`: the
  *                                     LM_USES_ bit of effects that do not require it, or 0
  *   COMMON(field, NEED, usual, uses)  the same, for what most effects need: read outside the path
- * of the rare ones
+ *                                     of the rare ones
  *
  *   torque_Nm         external torque on the output shaft; sources: torque.h
  *   input_angle_rad   of the wave generator, wrapped to one turn: beyond LM_ANGLE_MAX_RAD (254

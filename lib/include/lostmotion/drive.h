@@ -11,7 +11,7 @@
  *  - Angles of the geometry are measured from the DEFORMATION AXIS of the wave generator: the
  *    major axis for internal deformation (flexspline inside), the minor axis for external
  *    deformation (ring wave generator outside). Two lobes lie at 0 and pi; both tooth numbers are
- * even, so the lobes are equal.
+ *    even, so the lobes are equal.
  *  - "Forward" is the flank pair that closes for positive torque, "backward" the other one.
  */
 #ifndef LOSTMOTION_DRIVE_H

@@ -13,7 +13,8 @@
  *     beyond += share (sensed - commanded - beyond)       skip samples that are not finite
  *     torque  = commanded + beyond                        commanded: 0 where it is not known
  *     share   = 1 - exp(-2 pi f T)                        f: a tenth of the lowest resonance or
- * less; T: period. 2 pi f T is close for a small f T
+ *                                                         less; T: period. 2 pi f T is close for
+ *                                                         a small f T
  *
  * A measured torque (sensor or current) also closes a loop through any body in contact with the
  * output: the correction removes the compliance of the joint, which made the contact soft. With a

@@ -7,9 +7,9 @@
  *     FMU_KIND                  what the FMU is: one of the three below
  *     FMU_TOKEN                 GUID or instantiation token of the description
  *     FMU_KNOTS, FMU_PLAYS, FMU_OUTSIDE, FMU_EFFECTS   sizes of the drive
- *     FMU_PARAMETERS            numbers in fmu_parameter_start, and these, in the order of
- * fmu_place fmu_effect, fmu_value_count   effects at work fmu_access                what may be
- * done with each variable
+ *     FMU_PARAMETERS            numbers in fmu_parameter_start, in the order of fmu_place
+ *     fmu_effect, fmu_value_count   effects at work
+ *     fmu_access                what may be done with each variable
  *
  * A value reference is an index of fmu_state.value: ten inputs, ten outputs, the parameters.
  *
