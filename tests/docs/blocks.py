@@ -46,6 +46,10 @@ BLOCK = re.compile(
 
 NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?(?![\w.]*\w)")
 
+KERNELS = "Haswell"
+"""Kernels of OpenBLAS for the commands. Those for AVX-512 round otherwise; fits of drives with a
+large form error then end at another point (page on real drives)."""
+
 
 @dataclass
 class Block:
@@ -142,6 +146,7 @@ class Runner:
             "LOSTMOTION": str(ROOT),
             "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}",
             "NO_COLOR": "1",
+            "OPENBLAS_CORETYPE": KERNELS,
         }
 
     def run(self, block: Block) -> str:
