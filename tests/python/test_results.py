@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 import public_script
 import pytest
+from scipy.signal import lombscargle
 
 import lostmotion as lm
 from lostmotion.fit.model_result import amplitudes
@@ -199,3 +200,13 @@ def test_a_spectrum_shows_the_order_and_the_amplitude_that_were_put_in() -> None
     found = amplitudes(angle, 3.0 * np.sin(2.0 * angle + 1.0), order)
     assert order[np.argmax(found)] == pytest.approx(2.0)
     assert found.max() == pytest.approx(3.0, rel=0.02)
+
+
+@pytest.mark.parametrize("count", [1, 2, 80, 801])
+def test_a_spectrum_equals_that_of_scipy(count: int) -> None:
+    rng = np.random.default_rng(count)
+    angle, residual = rng.uniform(-300, 300, (2, 9000))
+    residual -= residual.mean()
+    order = 0.01 * np.arange(1, count + 1)
+    expected = np.sqrt(4.0 * lombscargle(angle, residual, order) / angle.size)
+    assert amplitudes(angle, residual, order) == pytest.approx(expected, rel=1e-9)
