@@ -404,7 +404,9 @@ static int falls_and_rises(const flank_point *low, const flank_point *high) {
 }
 
 /* Both flanks may bend either way, so the gap is sampled along every piece of the flexspline's
- * flank; the lowest sample, the lowest corner, or the lowest minimum that two slopes enclose. */
+ * flank; the lowest sample, the lowest corner, or the lowest minimum that two slopes enclose. No
+ * bracket contains a corner, also if the flank ends right behind it: the slope jumps there, and the
+ * search for a smooth minimum would not converge. */
 static flank_point general_minimum(const flank_pair *pair, const flank_ends *at,
                                    const flank_point *low, const flank_point *high) {
   const lm_real module = pair->mesh->geometry.module_mm;
@@ -438,8 +440,9 @@ static flank_point general_minimum(const flank_pair *pair, const flank_ends *at,
       }
       before = now;
     }
-    if (end[piece].is_corner && end[piece].foot_mm + aside < high->foot_mm) {
-      const flank_point beyond = general_point(pair, end[piece].foot_mm + aside);
+    if (end[piece].is_corner && end[piece].foot_mm < high->foot_mm) {
+      const lm_real past = end[piece].foot_mm + aside;
+      const flank_point beyond = general_point(pair, past < high->foot_mm ? past : high->foot_mm);
       see(&d, &beyond);
       if (falls_and_rises(&before, &beyond)) {
         const flank_point tip = touch_corner(&before, &beyond, end[piece].foot_mm - before.foot_mm);

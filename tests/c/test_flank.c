@@ -474,6 +474,68 @@ static void tips_that_do_not_reach_are_refused(void) {
   CONTACTS_NULL(&flank, &geometry, &line, contact, 0);
 }
 
+/* Polar radius of the tip's corner of a tooth at an angle; side: 1 forward, -1 backward. */
+static lm_real tip_radius(lm_real angle_rad, lm_real side) {
+  const lm_placement place = lm_place_tooth(&mesh.line, angle_rad);
+  const lm_real x = side * mesh.high.across_mm;
+  const lm_real along = place.radius_mm + mesh.high.along_mm * place.tilt_cos - x * place.tilt_sin;
+  const lm_real across = mesh.high.along_mm * place.tilt_sin + x * place.tilt_cos;
+  return LM_REAL(sqrt((double)(along * along + across * across)));
+}
+
+static double gap_of(lm_real angle_rad, lm_real side) {
+  const lm_clearance at = lm_tooth_clearance(&mesh, angle_rad);
+  return (double)(side > 0 ? at.forward.gap_rad : at.backward.gap_rad);
+}
+
+/* Largest change of the gap between angles at which the tip reaches past the end of the generated
+ * flank by less than the distance of the samples from it; 0 if the tip does not reach the end. */
+static double largest_jump(lm_real side) {
+  const double step = BOUND(5e-8, 5e-5);
+  lm_real inside = LM_REAL(0);
+  lm_real outside = LM_REAL(0.5);
+  double jump = 0;
+  int i;
+  if (tip_radius(inside, side) < mesh.conjugate.land_mm) {
+    return 0;
+  }
+  for (i = 0; i < 60; i++) {
+    const lm_real middle = (inside + outside) / LM_REAL(2);
+    if (tip_radius(middle, side) > mesh.conjugate.land_mm) {
+      inside = middle;
+    } else {
+      outside = middle;
+    }
+  }
+  for (i = 0; i < 40; i++) {
+    const double before = gap_of(inside - LM_REAL(step * i), side);
+    jump = fmax(jump, fabs(gap_of(inside - LM_REAL(step * (i + 1)), side) - before));
+  }
+  return jump;
+}
+
+/* Towards the open end of a cup the tip reaches past the end of the flank that its own motion in
+ * the middle of the face generates. */
+static void a_tip_at_the_end_of_the_flank_has_the_clearance_of_its_neighbours(void) {
+  int reaches = 0;
+  int k;
+  for (k = 1; k <= 10; k++) {
+    start_s_teeth();
+    drive.flank.kappa = LM_REAL(0.96);
+    drive.flank.X_M = LM_REAL(0.126);
+    drive.flank.s_M = LM_REAL(1.41);
+    drive.teeth.engagement_depth = LM_REAL(0.7);
+    drive.generator.deflection_mm = LM_REAL(0.436);
+    drive.flank.backlash_mm = LM_REAL(0.0135);
+    TEST_ASSERT_EQUAL(LM_OK, lm_make_mesh(&drive, LM_REAL(1) + LM_REAL(0.01) * LM_REAL(k),
+                                          LM_NEUTRAL_LINE_NODES, &mesh, &fault));
+    reaches += tip_radius(LM_REAL(0), LM_REAL(1)) > mesh.conjugate.land_mm;
+    ASSERT_NEAR(BOUND(1e-8, 1e-5), 0, largest_jump(LM_REAL(1)));
+    ASSERT_NEAR(BOUND(1e-8, 1e-5), 0, largest_jump(LM_REAL(-1)));
+  }
+  TEST_ASSERT_TRUE(reaches > 5);
+}
+
 /* --- a circular spline of points -----------------------------------------------------------------
  */
 
@@ -567,6 +629,7 @@ int main(void) {
   RUN_TEST(a_tooth_does_not_cross_the_flank_that_it_generates);
   RUN_TEST(shift_and_backlash_displace_the_flank);
   RUN_TEST(tips_that_do_not_reach_are_refused);
+  RUN_TEST(a_tip_at_the_end_of_the_flank_has_the_clearance_of_its_neighbours);
   RUN_TEST(points_of_a_space_have_its_clearances);
   RUN_TEST(spaces_that_make_no_mesh_are_refused);
   return UNITY_END();
