@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 import re
 from pathlib import Path
@@ -241,14 +240,13 @@ def test_white_noise_is_measured_as_it_is() -> None:
     assert repeatability_of(c, noise).within_rad == pytest.approx(NOISE, rel=0.1)
 
 
-def test_a_single_run_is_held_out_by_halves() -> None:
+def test_a_single_run_is_held_out_by_halves(capsys: pytest.CaptureFixture[str]) -> None:
     result = compare(torsion_curve(), campaign(1))
     assert result.heldout_by == "half of the run"
     assert result.heldout_rms_rad >= result.rms_rad
     assert "run" not in {failure.covariate for failure in result.failures}
-    shown = io.StringIO()
-    show_comparison(result, shown)
-    assert re.search(r"^leave-half-out +[0-9.]+ arcsec$", shown.getvalue(), re.M)
+    show_comparison(result)
+    assert re.search(r"^leave-half-out +[0-9.]+ arcsec$", capsys.readouterr().out, re.M)
 
 
 def test_what_came_out_prints_on_one_line() -> None:
@@ -279,25 +277,25 @@ def test_recordings_with_constant_lost_motion_are_refused() -> None:
         compare(torsion_curve(), data)
 
 
-def test_what_compare_and_diagnose_set_an_error_against_have_names_of_their_own() -> None:
+def test_what_compare_and_diagnose_set_an_error_against_have_names_of_their_own(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
     data = campaign(6, gap_per_kelvin=2e-6)
-    out = io.StringIO()
-    show_comparison(compare(torsion_curve(), data), out)
+    show_comparison(compare(torsion_curve(), data))
+    out = capsys.readouterr().out
     alone = "repeatability  .* arcsec  \\(white noise within runs only: no run repeats another\\)"
-    assert re.search(alone, out.getvalue())
+    assert re.search(alone, out)
     for run in data.runs:
         run.columns["temperature"][:] = 22.0
-    show_comparison(compare(torsion_curve(), data), out)
-    assert (
-        "(white noise within runs and differences between runs that repeat each other)"
-        in out.getvalue()
-    )
-    assert "noise floor" not in out.getvalue()
-    found = io.StringIO()
-    show_diagnosis({**diagnose(None, data, ratio=100, rated_torque_Nm=40).answer()}, found)
+    show_comparison(compare(torsion_curve(), data))
+    out += capsys.readouterr().out
+    assert "(white noise within runs and differences between runs that repeat each other)" in out
+    assert "noise floor" not in out
+    show_diagnosis(diagnose(None, data, ratio=100, rated_torque_Nm=40).answer())
+    found = capsys.readouterr().out
     said = r"noise floor [0-9.]+ arcsec, .*\n\(noise within runs, and run-to-run scatter of "
-    assert re.search(said, found.getvalue())
-    assert "repeatability" not in found.getvalue()
+    assert re.search(said, found)
+    assert "repeatability" not in found
 
 
 def test_the_answer_has_every_promised_key_and_is_json() -> None:

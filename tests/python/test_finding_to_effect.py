@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import shlex
 
@@ -40,8 +41,8 @@ def turning() -> Campaign:
 
 def printed_formulas(data: Campaign) -> list[str]:
     """Formulas behind ``--add`` in what `diagnose` prints."""
-    text = io.StringIO()
-    show_diagnosis(diagnose(drive(), data).answer(), text)
+    with contextlib.redirect_stdout(io.StringIO()) as text:
+        show_diagnosis(diagnose(drive(), data).answer())
     lines = [line for line in text.getvalue().splitlines() if "fit --add" in line]
     return [shlex.split(line)[-1] for line in lines]
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import io
-
 import pytest
 import tomllib
 from small_campaigns import ARCSEC, DRIVE, campaign, gap
@@ -30,15 +28,14 @@ def printed_values(text: str) -> dict[str, str]:
 
 
 def test_diagnose_and_fit_print_the_same_values(
-    answers: tuple[Diagnosis, FittedModel, Comparison],
+    answers: tuple[Diagnosis, FittedModel, Comparison], capsys: pytest.CaptureFixture[str]
 ) -> None:
     found, fitted, _ = answers
-    told, written = io.StringIO(), io.StringIO()
-    show_diagnosis(found.answer(), told)
-    show_fit(fitted, "fitted.toml", written)
+    show_diagnosis(found.answer())
     assert found.effects == [EFFECT]
-    values = printed_values(told.getvalue())
-    assert values == printed_values(written.getvalue())
+    values = printed_values(capsys.readouterr().out)
+    show_fit(fitted, "fitted.toml")
+    assert values == printed_values(capsys.readouterr().out)
     assert "+-" in values[f"{EFFECT}.gap_rad_per_K"]
 
 
@@ -69,14 +66,12 @@ def test_the_value_is_the_hidden_one_within_its_standard_error(
 
 
 def test_fit_marks_an_effect_that_is_not_significant(
-    answers: tuple[Diagnosis, FittedModel, Comparison],
+    answers: tuple[Diagnosis, FittedModel, Comparison], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    written = io.StringIO()
-    show_fit(answers[1], "fitted.toml", written)
-    assert "not significant" not in written.getvalue()
+    show_fit(answers[1], "fitted.toml")
+    assert "not significant" not in capsys.readouterr().out
     made_up = fit_model(
         parse_drive(tomllib.loads(DRIVE)), campaign(), add="size_rad * cos(7*input_angle_rad)"
     )
-    written = io.StringIO()
-    show_fit(made_up, "fitted.toml", written)
-    assert "not significant: formula_1 (p = " in written.getvalue()
+    show_fit(made_up, "fitted.toml")
+    assert "not significant: formula_1 (p = " in capsys.readouterr().out

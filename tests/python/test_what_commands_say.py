@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import json
-from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -88,23 +87,25 @@ def step_answer(size: float) -> dict[str, Any]:
     }
 
 
-def test_a_sudden_step_is_reported_once() -> None:
-    out = StringIO()
-    show_diagnosis(step_answer(2234.0), out)
-    assert "sudden: run 3 at 20.5 s, 2230 arcsec" in out.getvalue()
-    assert out.getvalue().count("20.5 s") == 1
-    assert "depends on torque: gap, smooth" in out.getvalue()
+def test_a_sudden_step_is_reported_once(capsys: pytest.CaptureFixture[str]) -> None:
+    show_diagnosis(step_answer(2234.0))
+    out = capsys.readouterr().out
+    assert "sudden: run 3 at 20.5 s, 2230 arcsec" in out
+    assert out.count("20.5 s") == 1
+    assert "depends on torque: gap, smooth" in out
 
 
-def test_what_is_significant_and_does_not_count_is_reported_as_too_small() -> None:
+def test_what_is_significant_and_does_not_count_is_reported_as_too_small(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
     strong = {"testable": True, "evidence": 9.0, "p": 1e-4, "confused_with": [], "parameters": {}}
     candidates = [
         {**strong, "name": "creep", "size_arcsec": 0.1234, "too_small": True},
         {**strong, "name": "wear", "size_arcsec": 0.5, "too_small": False},
     ]
-    out = StringIO()
-    show_diagnosis({**step_answer(1.0), "candidates": candidates}, out)
-    lines = {line.split()[0]: line for line in out.getvalue().splitlines() if "nats" in line}
+    show_diagnosis({**step_answer(1.0), "candidates": candidates})
+    out = capsys.readouterr().out
+    lines = {line.split()[0]: line for line in out.splitlines() if "nats" in line}
     assert lines["creep"].endswith("p = 0.0001  0.12 arcsec, too small to count")
     assert lines["wear"].endswith("p = 0.0001")
 
@@ -249,15 +250,16 @@ def test_next_states_what_the_diagnosis_was(
     assert printed.startswith("Missing: thermal_gap.\n\nto decide between thermal_gap, ")
 
 
-def test_evidence_of_any_size_is_written_without_a_power_of_ten() -> None:
+def test_evidence_of_any_size_is_written_without_a_power_of_ten(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
     answer = {
         "diagnosis": {**step_answer(30.0), "verdict": "ambiguous", "effects": ["a", "b"]},
         "between": ["a", "b"],
         "runs": [{"run": "fast", "separation_nats": 48140.01, "per_minute": 96280.02}],
     }
-    out = StringIO()
-    show_next(answer, out)
-    assert "run fast: 48100 nats, 96300 a minute" in out.getvalue()
+    show_next(answer)
+    assert "run fast: 48100 nats, 96300 a minute" in capsys.readouterr().out
 
 
 def test_an_unknown_effect_named_by_a_file_is_reported_with_the_file() -> None:

@@ -9,14 +9,14 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import Any, TextIO
+from typing import Any
 
 from lostmotion.errors import TerminatedError, one_line
 from lostmotion.files import write_whole
 
 
 def deliver(
-    answer: dict[str, Any], arguments: argparse.Namespace, show: Callable[[TextIO], None]
+    answer: dict[str, Any], arguments: argparse.Namespace, show: Callable[[], None]
 ) -> None:
     """Print the answer as text, or write it as JSON, or both if the JSON goes to a file."""
     to = arguments.json
@@ -27,7 +27,7 @@ def deliver(
         write_whole(to, json.dumps(answer, indent=1, allow_nan=False) + "\n")
     if arguments.quiet:
         return
-    show(sys.stdout)
+    show()
     made = [file for file in (getattr(arguments, "report", None), to) if file is not None]
     if made:
         print(f"\nwritten: {', '.join(map(one_line, made))}")
@@ -81,12 +81,12 @@ class Progress:
             print("\r\033[K", end="", file=sys.stderr, flush=True)
 
 
-def show_table(head: Sequence[str], rows: Sequence[Sequence[str]], out: TextIO) -> None:
+def show_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     """Print columns aligned to the right."""
     widths = [max(len(line[i]) for line in (head, *rows)) for i in range(len(head))]
     for line in (head, *rows):
         cells = (cell.rjust(width) for cell, width in zip(line, widths, strict=True))
-        print("  ".join(cells), file=out)
+        print("  ".join(cells))
 
 
 def fixed(value: float | None, digits: int = 3) -> str:
@@ -94,15 +94,15 @@ def fixed(value: float | None, digits: int = 3) -> str:
     return "-" if value is None else f"{round(value, digits) + 0.0:.{digits}f}"
 
 
-def show_list(heading: str, lines: Iterable[str], out: TextIO, *, before: str = "\n") -> None:
+def show_list(heading: str, lines: Iterable[str], *, before: str = "\n") -> None:
     """Print lines under a heading; nothing if there are none."""
     text = "".join(f"  {line}\n" for line in lines)
     if text:
-        print(f"{before}{heading}:\n{text}", end="", file=out)
+        print(f"{before}{heading}:\n{text}", end="")
 
 
-def show_findings(findings: Sequence[str], out: TextIO) -> None:
+def show_findings(findings: Sequence[str]) -> None:
     """Print findings about the data before the results."""
     if findings:
-        show_list("about the data", findings, out, before="")
-        print(file=out)
+        show_list("about the data", findings, before="")
+        print()

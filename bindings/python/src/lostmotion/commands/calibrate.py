@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any
 
 from lostmotion.calibrate import CONSTANTS, DEFAULT, Calibration, calibrate
 from lostmotion.drives import format_toml, read_drive
@@ -33,7 +33,7 @@ def run_calibrate(arguments: argparse.Namespace) -> None:
     heading = "".join(f"# {line}\n" for line in sentences(answer))
     write_whole(output, f"{heading}\n{format_toml(found.drive.document)}")
     answer["file"] = str(output)
-    deliver(answer, arguments, lambda out: show_calibration(answer, out))
+    deliver(answer, arguments, lambda: show_calibration(answer))
 
 
 def constant_names(text: str | None) -> tuple[str, ...]:
@@ -80,11 +80,11 @@ def sentences(answer: dict[str, Any]) -> list[str]:
     ]
 
 
-def show_calibration(answer: dict[str, Any], out: TextIO) -> None:
+def show_calibration(answer: dict[str, Any]) -> None:
     """Print the calibrated constants."""
     rows = [
         [one["name"], *(f"{one[key]:.4g}" for key in ("value", "low", "high"))]
         for one in answer["constants"]
     ]
-    show_table(["constant", "value", "95 % low", "high"], rows, out)
-    print(f"\n{sentences(answer)[-1]}\n{answer['file']}", file=out)
+    show_table(["constant", "value", "95 % low", "high"], rows)
+    print(f"\n{sentences(answer)[-1]}\n{answer['file']}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any
 
 from lostmotion.characterize import Characterization, characterize
 from lostmotion.characterize.characterization import DRIVE_FILE, ESTIMATED_RATIO, STATED
@@ -62,9 +62,7 @@ def run_characterize(arguments: argparse.Namespace) -> None:
         write_report(
             arguments.report, "Characterized drive", lead, [section], arguments.command_line
         )
-    deliver(
-        answer, arguments, lambda out: print_characterization(result, answer, arguments.output, out)
-    )
+    deliver(answer, arguments, lambda: print_characterization(result, answer, arguments.output))
 
 
 def split_drive(data: list[str]) -> tuple[Drive | None, list[str]]:
@@ -114,7 +112,7 @@ def read_with_ratio(
 
 
 def print_characterization(
-    result: Characterization, answer: Mapping[str, Any], file: str | None, out: TextIO
+    result: Characterization, answer: Mapping[str, Any], file: str | None
 ) -> None:
     """Print a characterization."""
     rated = answer["rated_torque_Nm"]
@@ -122,14 +120,13 @@ def print_characterization(
         f"{one_line(result.name)}: {answer['loops']} loop{'s' * (answer['loops'] != 1)} in "
         f"{answer['runs']} run{'s' * (answer['runs'] != 1)}, "
         f"{answer['torque_range_Nm'][0]:.4g} to {answer['torque_range_Nm'][1]:.4g} N m, "
-        f"{answer['samples']} samples",
-        file=out,
+        f"{answer['samples']} samples"
     )
     rate = answer["loading_rate_Nm_per_s"]
-    print(f"rated torque {rated:.4g} N m ({answer['rated_torque_from']})", end="", file=out)
+    print(f"rated torque {rated:.4g} N m ({answer['rated_torque_from']})", end="")
     if answer["ratio"] is not None:
-        print(f", ratio {answer['ratio']:.6g} ({answer['ratio_from']})", end="", file=out)
-    print("" if rate is None else f", loading rate {rate:.3g} N m/s", end="\n\n", file=out)
+        print(f", ratio {answer['ratio']:.6g} ({answer['ratio_from']})", end="")
+    print("" if rate is None else f", loading rate {rate:.3g} N m/s", end="\n\n")
     figures = flat(answer)
     sheet = answer["sheet"]
     head = ["figure", "measured", "standard error", "95 %", *(["sheet"] if sheet else [])]
@@ -145,12 +142,12 @@ def print_characterization(
             above = found.get("none_above")
             more = "" if above is None else f", none above {above:.2g} arcmin"
             reasons.append(f"{name.partition(',')[0]}: {found['reason']}{more}")
-    show_table(head, rows, out)
+    show_table(head, rows)
     if answer["rms_arcsec"] is not None:
-        print(f"\nresidual of the loops {plain_number(answer['rms_arcsec'])} arcsec rms", file=out)
+        print(f"\nresidual of the loops {plain_number(answer['rms_arcsec'])} arcsec rms")
     for reason in dict.fromkeys(reasons):
-        print(reason, file=out)
-    show_list("assumptions", answer["assumptions"], out)
-    show_findings(answer["findings"], out)
+        print(reason)
+    show_list("assumptions", answer["assumptions"])
+    show_findings(answer["findings"])
     if file is not None:
-        print(f"\nwritten: {one_line(file)}", file=out)
+        print(f"\nwritten: {one_line(file)}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from typing import Any, TextIO
+from typing import Any
 
 from lostmotion import units
 from lostmotion.characterize.printed import NAMES, cells, flat
@@ -44,50 +44,45 @@ def run_compare(arguments: argparse.Namespace) -> None:
         write_report(
             arguments.report, "Measured lost motion", lead, [section], arguments.command_line
         )
-    deliver(result.answer(), arguments, lambda out: show_comparison(result, out))
+    deliver(result.answer(), arguments, lambda: show_comparison(result))
 
 
-def show_comparison(result: Comparison, out: TextIO) -> None:
+def show_comparison(result: Comparison) -> None:
     """Print a comparison."""
     answer = result.answer()
-    show_findings(answer["findings"], out)
+    show_findings(answer["findings"])
     unit = "arcsec" if answer["unfitted_rms_arcsec"] < 600 else "arcmin"
     scale = 1.0 if unit == "arcsec" else units.ARCSEC / units.ARCMIN
 
     def shown(value: float) -> str:
         return f"{value * scale:.2f} {unit}"
 
-    print(f"data-sheet model    {shown(answer['unfitted_rms_arcsec'])}", file=out)
+    print(f"data-sheet model    {shown(answer['unfitted_rms_arcsec'])}")
     if answer["samples"] < SAMPLES_LEAST:
-        show_few(result, answer, scale, unit, out)
+        show_few(result, answer, scale, unit)
         return
     share = answer["explained_share"]
     explains = f"{100 * share:.2f} %" if share > 0 else "nothing"
     print(
-        f"fitted              {shown(answer['rms_arcsec'])}  (explains {explains} of the variance)",
-        file=out,
+        f"fitted              {shown(answer['rms_arcsec'])}  (explains {explains} of the variance)"
     )
     if answer["heldout_by"] == "runs not fitted":
-        print(f"predicted           {shown(answer['heldout_rms_arcsec'])}", file=out)
+        print(f"predicted           {shown(answer['heldout_rms_arcsec'])}")
         if far := in_words(answer["beyond_fitted_range"]):
-            print(f"  (beyond: {far})", file=out)
+            print(f"  (beyond: {far})")
         if answer["least_amplitude_ratio"] < 1.0:
             print(
                 f"  (loops of {answer['least_amplitude_ratio']:.2g} times the smallest fitted "
-                "amplitude)",
-                file=out,
+                "amplitude)"
             )
     else:
         held = CROSS_VALIDATED[answer["heldout_by"]]
-        print(f"{held:<19} {shown(answer['heldout_rms_arcsec'])}", file=out)
-    print(
-        f"{REPEATABILITY:<19} {shown(answer['noise_floor_arcsec'])}  ({result.noise.parts})",
-        file=out,
-    )
-    print(f"\nfriction {WORDS[answer['friction']]}; cross-validated:", end="", file=out)
+        print(f"{held:<19} {shown(answer['heldout_rms_arcsec'])}")
+    print(f"{REPEATABILITY:<19} {shown(answer['noise_floor_arcsec'])}  ({result.noise.parts})")
+    print(f"\nfriction {WORDS[answer['friction']]}; cross-validated:", end="")
     for name, errors in answer["frictions"].items():
-        print(f"  {name} {shown(errors['heldout_rms_arcsec'])}", end="", file=out)
-    print("\n\nerror by run:", file=out)
+        print(f"  {name} {shown(errors['heldout_rms_arcsec'])}", end="")
+    print("\n\nerror by run:")
     rows = [
         [
             str(run["run"]) + ("" if run["fitted"] else " *"),
@@ -99,31 +94,28 @@ def show_comparison(result: Comparison, out: TextIO) -> None:
         for run in answer["by_run"]
     ]
     head = ["run", f"rms {unit}", "width at 0 Nm, arcmin", "of the model", "samples"]
-    show_table(head, rows, out)
+    show_table(head, rows)
     if not all(run["fitted"] for run in answer["by_run"]):
-        print("* predicted, not fitted", file=out)
-    print("\nwhere it fails:", file=out)
+        print("* predicted, not fitted")
+    print("\nwhere it fails:")
     rows = [
         [failure["covariate"], f"{100 * failure['share']:.1f} %", f"{failure['p']:.4f}"]
         for failure in answer["where_it_fails"]
     ]
-    show_table(["covariate", "share", "p"], rows, out)
+    show_table(["covariate", "share", "p"], rows)
     for event in answer["events"]:
         print(
             f"sudden: run {event['run']} at {event['time_s']:.6g} s, "
-            f"{units.plain_number(event['size_arcsec'])} arcsec",
-            file=out,
+            f"{units.plain_number(event['size_arcsec'])} arcsec"
         )
     if answer["not_testable"]:
-        print("\nnot testable with these columns:", file=out)
+        print("\nnot testable with these columns:")
         for column, effects in answer["not_testable"].items():
             name = QUANTITIES[column].column if column in QUANTITIES else column
-            print(f"  without {name}: {', '.join(effects)}", file=out)
+            print(f"  without {name}: {', '.join(effects)}")
 
 
-def show_few(
-    result: Comparison, answer: dict[str, Any], scale: float, unit: str, out: TextIO
-) -> None:
+def show_few(result: Comparison, answer: dict[str, Any], scale: float, unit: str) -> None:
     """Print a comparison of few readings: the values that they determine, with intervals."""
 
     def shown(arcsec: float) -> str:
@@ -133,26 +125,22 @@ def show_few(
     if result.few is None:
         share = answer["explained_share"]
         explains = f"{100 * share:.2f} %" if share > 0 else "nothing"
-        print(f"  (explains {explains} of the variance)", file=out)
+        print(f"  (explains {explains} of the variance)")
         few = f"{samples} sample{'s' if samples > 1 else ''}"
-        print(
-            f"{few} cannot be fitted: at least {SAMPLES_LEAST}; only the first line is valid",
-            file=out,
-        )
+        print(f"{few} cannot be fitted: at least {SAMPLES_LEAST}; only the first line is valid")
     else:
         print(
             f"fitted              {shown(answer['rms_arcsec'])}  "
-            f"({answer['values']} values from {samples} readings)",
-            file=out,
+            f"({answer['values']} values from {samples} readings)"
         )
-        print(f"leave-one-out       {shown(answer['heldout_rms_arcsec'])}", file=out)
-        print(f"error of a reading  {shown(answer['noise_floor_arcsec'])}", file=out)
-        print("  (standard deviation, from the residual)\n", file=out)
+        print(f"leave-one-out       {shown(answer['heldout_rms_arcsec'])}")
+        print(f"error of a reading  {shown(answer['noise_floor_arcsec'])}")
+        print("  (standard deviation, from the residual)\n")
         figures = flat(answer["standard_figures"]["measured"])
         rows = [
             [NAMES[key], *cells(found)]
             for key, found in figures.items()
             if found["value"] is not None
         ]
-        show_table(["figure", "measured", "standard error", "95 %"], rows, out)
-    print("\nToo few samples to determine where the model fails.", file=out)
+        show_table(["figure", "measured", "standard error", "95 %"], rows)
+    print("\nToo few samples to determine where the model fails.")

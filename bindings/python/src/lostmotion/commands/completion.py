@@ -20,7 +20,7 @@ def run_completion(arguments: argparse.Namespace) -> None:
     """``lostmotion completion``."""
     script = completion_script(make_parser(), arguments.shell)
     answer = {"schema": "lostmotion.completion/1", "shell": arguments.shell, "script": script}
-    deliver(answer, arguments, lambda out: print(script, file=out))
+    deliver(answer, arguments, lambda: print(script))
 
 
 def completion_script(parser: argparse.ArgumentParser, shell: str) -> str:

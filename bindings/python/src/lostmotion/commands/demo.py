@@ -12,4 +12,4 @@ def run_demo(arguments: argparse.Namespace) -> None:
     """``lostmotion demo``."""
     with Progress("demonstrating", quiet=arguments.quiet) as progress:
         found = demonstrate(arguments.output, arguments.command_line, progress)
-    deliver(found.answer(), arguments, lambda out: show_demonstration(found, out))
+    deliver(found.answer(), arguments, lambda: show_demonstration(found))

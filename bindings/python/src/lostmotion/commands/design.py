@@ -7,7 +7,7 @@ import contextlib
 import json
 import sys
 from collections.abc import Callable, Iterator
-from typing import Any, TextIO
+from typing import Any
 
 from lostmotion.cluster import connect
 from lostmotion.design.ends import at_ends
@@ -61,7 +61,7 @@ def run_design(arguments: argparse.Namespace) -> None:
             )
             raise
     if not lines or arguments.json is not None:
-        deliver(result.answer(), arguments, lambda out: show_result(result, out))
+        deliver(result.answer(), arguments, lambda: show_result(result))
     if result.best is None:
         wanted = "; ".join(relaxations(result))
         missed = result.combinations["not_reached"]
@@ -128,42 +128,42 @@ def relaxations(result: SearchResult) -> list[str]:
     return texts
 
 
-def show_result(result: SearchResult, out: TextIO) -> None:
+def show_result(result: SearchResult) -> None:
     """Print the front and the result of the certificate."""
     state = "finished" if result.finished else "stopped; --resume continues it"
     states = ", ".join(
         f"{n} {name.replace('_', ' ')}" for name, n in result.combinations.items() if n
     )
-    print(f"search in {one_line(str(result.folder))}: {state}; combinations: {states}\n", file=out)
+    print(f"search in {one_line(str(result.folder))}: {state}; combinations: {states}\n")
     if result.refused:
         left_out = "evaluations that the model refused or that gave no finite result were skipped"
-        print(f"{result.refused} {left_out}\n", file=out)
+        print(f"{result.refused} {left_out}\n")
     if result.best is None:
-        print("no feasible design", file=out)
+        print("no feasible design")
         for wanted in relaxations(result):
-            print(f"  {wanted}", file=out)
+            print(f"  {wanted}")
         return
     head = [f"{n} {u}" for n, u in zip(result.objectives, result.units, strict=True)]
     step = max(1, -(-len(result.front) // FRONT_ROWS))
     rows = [[f"{v:.5g}" for v in one["objectives"]] for one in result.front[::step]]
     count = "1 design" if len(result.front) == 1 else f"{len(result.front)} designs"
-    print(f"the front, {count}" + (", some of them:" if step > 1 else ":"), file=out)
-    show_table(head, rows, out)
+    print(f"the front, {count}" + (", some of them:" if step > 1 else ":"))
+    show_table(head, rows)
     seen = result.certificate or {}
     if seen:
         word = "holds" if seen["holds"] else "does NOT hold"
-        print(f"\nbest.toml {word} on the fine check; active limits:", file=out)
+        print(f"\nbest.toml {word} on the fine check; active limits:")
         bound = [limit["name"] for limit in seen["limits"] if limit["binds"]]
-        print("  " + (", ".join(bound) or "no limit"), file=out)
+        print("  " + (", ".join(bound) or "no limit"))
         at_bounds = at_ends(seen, f"{result.units[0]} of {result.objectives[0]}")
-        show_list("variables at a bound of their range", at_bounds, out)
+        show_list("variables at a bound of their range", at_bounds)
         broken = [limit for limit in seen["limits"] if limit["stated"] and limit["margin"] < 0]
         for limit in broken:
             unit = margin_unit(limit["name"])
-            print(f"  broken: {limit['name']} by {-limit['margin']:.3g} {unit}", file=out)
+            print(f"  broken: {limit['name']} by {-limit['margin']:.3g} {unit}")
         for name, unit in zip(result.objectives, result.units, strict=True):
             searched, fine = (seen[k][f"{name}_{unit}"] for k in ("figures_as_searched", "figures"))
             if abs(fine - searched) > APART * abs(fine):
-                print(f"  {name} {fine:.5g} {unit} there, {searched:.5g} in the search", file=out)
+                print(f"  {name} {fine:.5g} {unit} there, {searched:.5g} in the search")
     assumed = (f"{key} = {value}" for key, value in result.assumed.items())
-    show_list("default values", assumed, out)
+    show_list("default values", assumed)

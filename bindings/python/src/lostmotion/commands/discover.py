@@ -6,7 +6,7 @@ import argparse
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -78,7 +78,7 @@ def run_diagnose(arguments: argparse.Namespace) -> None:
             body = gather_body(result, effects_of(arguments), drive.ratio)
         body.save(arguments.save_evidence)
     answer = {**result.answer(), "findings": findings}
-    deliver(answer, arguments, lambda out: show_diagnosis(answer, out))
+    deliver(answer, arguments, lambda: show_diagnosis(answer))
 
 
 def run_merge(arguments: argparse.Namespace) -> None:
@@ -86,7 +86,7 @@ def run_merge(arguments: argparse.Namespace) -> None:
     with one_thread():
         bodies = [load_body(file) for file in arguments.evidence]
         answer = judge_body(merge_bodies(bodies, arguments.evidence), effects_of(arguments))
-    deliver(answer, arguments, lambda out: show_diagnosis(answer, out))
+    deliver(answer, arguments, lambda: show_diagnosis(answer))
 
 
 def diagnosis_of(arguments: argparse.Namespace) -> tuple[Drive, Diagnosis, list[str]]:
@@ -128,7 +128,7 @@ def run_fit(arguments: argparse.Namespace) -> None:
         )
     write_whole(arguments.output, format_toml(model.document(drive)))
     answer = {**model.answer(), "findings": say_findings(campaign.findings)}
-    deliver(answer, arguments, lambda out: show_fit(model, arguments.output, out))
+    deliver(answer, arguments, lambda: show_fit(model, arguments.output))
 
 
 def run_effects(arguments: argparse.Namespace) -> None:
@@ -144,14 +144,14 @@ def run_effects(arguments: argparse.Namespace) -> None:
         for file, text in files.items():
             write_whole(file, text)
         answer: dict[str, Any] = {"schema": "lostmotion.template/1", "files": list(files)}
-        deliver(answer, arguments, lambda out: print("\n".join(files), file=out))
+        deliver(answer, arguments, lambda: print("\n".join(files)))
         return
     effects = effects_of(arguments)
     if len(words) > 1:
         raise InputError("effects", words[1], "a second name", "one")
     chosen = [find_effect(words[0], effects)] if words else list(effects.values())
     answer = {"schema": "lostmotion.effects/1", "effects": [card(effect) for effect in chosen]}
-    deliver(answer, arguments, lambda out: show_effects(chosen, out, whole=bool(words)))
+    deliver(answer, arguments, lambda: show_effects(chosen, whole=bool(words)))
 
 
 def run_check(arguments: argparse.Namespace) -> None:
@@ -175,7 +175,7 @@ def run_check(arguments: argparse.Namespace) -> None:
     else:
         check_encoders(campaign, stated)
     answer = {**check(campaign, library()), "ratio_known": known}
-    deliver(answer, arguments, lambda out: show_check(answer, out))
+    deliver(answer, arguments, lambda: show_check(answer))
 
 
 def input_angles(campaign: Campaign) -> list[npt.NDArray[np.float64]]:
@@ -210,7 +210,7 @@ def run_forecast(arguments: argparse.Namespace) -> None:
     with one_thread():
         torsion_curve = make_torsion_curve(drive, plan.largest_torque_Nm)
         answer = forecast(drive, plan, torsion_curve, effects_of(arguments))
-    deliver(answer, arguments, lambda out: show_forecast(answer, out))
+    deliver(answer, arguments, lambda: show_forecast(answer))
 
 
 def run_next(arguments: argparse.Namespace) -> None:
@@ -224,45 +224,42 @@ def run_next(arguments: argparse.Namespace) -> None:
         ranking = next_runs(result, options, effects_of(arguments), drive.ratio)
     said = {key: result.answer()[key] for key in ("verdict", "effects", "runs")}
     answer = {**ranking, "diagnosis": said}
-    deliver(answer, arguments, lambda out: show_next(answer, out))
+    deliver(answer, arguments, lambda: show_next(answer))
 
 
-def show_diagnosis(answer: Mapping[str, Any], out: TextIO) -> None:
+def show_diagnosis(answer: Mapping[str, Any]) -> None:
     """Print a diagnosis."""
-    show_findings(answer.get("findings", []), out)
-    print(verdict_sentence(answer), file=out)
+    show_findings(answer.get("findings", []))
+    print(verdict_sentence(answer))
     within = answer["noise"]["within_runs_arcsec"]
     print(
         f"\n{NOISE_FLOOR} {answer['noise_floor_arcsec']:.2f} arcsec, {within:.2f} within runs\n"
-        f"({NOISE_FLOOR_IS})",
-        file=out,
+        f"({NOISE_FLOOR_IS})"
     )
     for rung in answer["ladder"]:
         what = " + ".join(["baseline", *rung["effects"]])
         print(
             f"  {what:<48} {rung['rms_arcsec']:8.2f}  leave-one-run-out "
-            f"{rung['rms_heldout_arcsec']:8.2f}",
-            file=out,
+            f"{rung['rms_heldout_arcsec']:8.2f}"
         )
-        show_conditions(rung, "    ", out)
+        show_conditions(rung, "    ")
     for part in answer.get("alone", ()):
-        print(f"  {part['file']} alone: {verdict_sentence(part)}", file=out)
+        print(f"  {part['file']} alone: {verdict_sentence(part)}")
     steps = [dependence(event, 1)["shape"] for event in answer["events"]]
     for one in answer["unexplained"]["depends_on"]:
         if one["shape"] not in steps:
-            print(f"depends on {one['covariate']}: {one['shape']} (p = {one['p']:.2g})", file=out)
+            print(f"depends on {one['covariate']}: {one['shape']} (p = {one['p']:.2g})")
             if "formula" in one:
-                print(f'  to fit it: fit --add "{one["formula"]}"', file=out)
+                print(f'  to fit it: fit --add "{one["formula"]}"')
     for event in answer["events"]:
         print(
             f"sudden: run {event['run']} at {event['time_s']:.6g} s, "
-            f"{plain_number(event['size_arcsec'])} arcsec",
-            file=out,
+            f"{plain_number(event['size_arcsec'])} arcsec"
         )
     for one in answer["unexplained"]["depends_on"]:
         if one["shape"] in steps and "formula" in one:
-            print(f'  to fit it: fit --add "{one["formula"]}"', file=out)
-    print("\nstrongest candidates:", file=out)
+            print(f'  to fit it: fit --add "{one["formula"]}"')
+    print("\nstrongest candidates:")
     for candidate in [c for c in answer["candidates"] if c["testable"]][:5]:
         others = ", ".join(confounded_with(candidate))
         notes = [f"confounded with {others}"] if others else []
@@ -270,8 +267,7 @@ def show_diagnosis(answer: Mapping[str, Any], out: TextIO) -> None:
             notes.append(f"{candidate['size_arcsec']:.2g} arcsec, {TOO_SMALL}")
         print(
             f"  {candidate['name']:<26} {candidate['evidence']:10.1f} nats  p = "
-            + "  ".join([f"{candidate['p']:.2g}", *notes]),
-            file=out,
+            + "  ".join([f"{candidate['p']:.2g}", *notes])
         )
     for candidate in answer["candidates"]:
         if candidate["name"] not in answer["effects"]:
@@ -287,44 +283,42 @@ def show_diagnosis(answer: Mapping[str, Any], out: TextIO) -> None:
                 known = f" +- {candidate['standard_errors'][name]:.2g}"
             else:
                 known = ""
-            print(f"  {candidate['name']}.{name} = {size:.5g}{known}", file=out)
-    print(f"\nnext: {answer['next_experiment']}", file=out)
+            print(f"  {candidate['name']}.{name} = {size:.5g}{known}")
+    print(f"\nnext: {answer['next_experiment']}")
 
 
-def show_fit(model: FittedModel, file: str, out: TextIO) -> None:
+def show_fit(model: FittedModel, file: str) -> None:
     """Print how the error fell."""
-    show_findings(say_findings(model.base.conditions.campaign.findings), out)
+    show_findings(say_findings(model.base.conditions.campaign.findings))
     for rung in model.ladder:
         what = " + ".join(["baseline", *rung["effects"]])
         print(
             f"{what:<48} {rung['rms_arcsec']:8.2f} arcsec  leave-one-run-out "
-            f"{rung['rms_heldout_arcsec']:8.2f}",
-            file=out,
+            f"{rung['rms_heldout_arcsec']:8.2f}"
         )
-        show_conditions(rung, "  ", out)
+        show_conditions(rung, "  ")
     print(
         f"{NOISE_FLOOR:<48} {model.noise_floor_arcsec:8.2f} arcsec  within runs "
-        f"{model.within_runs_arcsec:4.2f}\n({NOISE_FLOOR_IS})\n",
-        file=out,
+        f"{model.within_runs_arcsec:4.2f}\n({NOISE_FLOOR_IS})\n"
     )
     held = model.not_fitted()
     bound = {name: value for name, value in model.at_bound().items() if name not in held}
     for name, value, error in zip(model.names, model.values, model.standard_errors, strict=True):
         if "." in name and name not in bound:
-            print(f"{name:<48} {value:.5g} +- {error:.2g}", file=out)
+            print(f"{name:<48} {value:.5g} +- {error:.2g}")
     for name, value in bound.items():
-        print(f"{name:<48} {value:.5g}, {AT_BOUND}: export requires --force", file=out)
+        print(f"{name:<48} {value:.5g}, {AT_BOUND}: export requires --force")
     for name, value in held.items():
-        print(f"{name:<48} {value:.5g}, {NOT_FITTED}", file=out)
+        print(f"{name:<48} {value:.5g}, {NOT_FITTED}")
     for name, one in model.tested.items():
         if not one.significant:
-            print(f"not significant: {name} (p = {one.p:.2g})", file=out)
+            print(f"not significant: {name} (p = {one.p:.2g})")
     for pair in model.inseparable:
-        print(f"these recordings do not separate {pair[0]} and {pair[1]}", file=out)
-    print(f"\nwritten: {file}", file=out)
+        print(f"these recordings do not separate {pair[0]} and {pair[1]}")
+    print(f"\nwritten: {file}")
 
 
-def show_conditions(rung: Mapping[str, Any], indent: str, out: TextIO) -> None:
+def show_conditions(rung: Mapping[str, Any], indent: str) -> None:
     """Print details of a rung: errors by condition, gain, settings with a larger error."""
     by = rung.get("heldout_by_condition", {})
     if by:
@@ -332,7 +326,7 @@ def show_conditions(rung: Mapping[str, Any], indent: str, out: TextIO) -> None:
             f"{name} {one['rms_heldout_arcsec']:.2f}{extrapolated(name, one['settings'])}"
             for name, one in by.items()
         ]
-        print(f"{indent}leave-one-condition-out: {', '.join(parts)}", file=out)
+        print(f"{indent}leave-one-condition-out: {', '.join(parts)}")
     if "gain_arcsec" in rung:
         low, high = rung["gain_interval_arcsec"]
         said = f"{indent}gain {rung['gain_arcsec']:.2f} arcsec ({low:.2f} to {high:.2f})"
@@ -340,12 +334,11 @@ def show_conditions(rung: Mapping[str, Any], indent: str, out: TextIO) -> None:
             said += f", confidence {confidence_text(rung['confidence'])}"
         if rung.get("rivals"):
             said += f"; confounded with {', '.join(rung['rivals'])}"
-        print(said, file=out)
+        print(said)
     for one in rung.get("harms", ()):
         print(
             f"{indent}worse at {one['setting']}: {one['rms_heldout_arcsec_before']:.2f} to "
-            f"{one['rms_heldout_arcsec']:.2f} arcsec, predicted from the other settings",
-            file=out,
+            f"{one['rms_heldout_arcsec']:.2f} arcsec, predicted from the other settings"
         )
 
 
@@ -366,88 +359,78 @@ def confidence_text(confidence: float) -> str:
     return "> 99.99 %" if confidence > 0.9999 else f"{100 * confidence:.2f} %"
 
 
-def show_effects(effects: list[Effect], out: TextIO, *, whole: bool) -> None:
+def show_effects(effects: list[Effect], *, whole: bool) -> None:
     """Print effects: one line each, or all about one."""
     for effect in effects:
         if not whole:
-            print(f"{effect.name:<26} {effect.mechanism}", file=out)
+            print(f"{effect.name:<26} {effect.mechanism}")
             continue
-        print(f"{effect.name}: {effect.mechanism}\n\n  {effect.equation}\n", file=out)
+        print(f"{effect.name}: {effect.mechanism}\n\n  {effect.equation}\n")
         for v in effect.values:
             print(
-                f"  {v.name:<28} {v.role:<7} typical {v.typical:.3g}, {v.low:.3g} to {v.high:.3g}",
-                file=out,
+                f"  {v.name:<28} {v.role:<7} typical {v.typical:.3g}, {v.low:.3g} to {v.high:.3g}"
             )
-        print(f"\ntypical: {effect.typical_size}", file=out)
-        print(f"needs: {', '.join(sorted(effect.needs))}", file=out)
-        print(f"confounded with: {', '.join(effect.confused_with) or 'nothing known'}", file=out)
-        print(f"separated by: {effect.experiment}", file=out)
+        print(f"\ntypical: {effect.typical_size}")
+        print(f"needs: {', '.join(sorted(effect.needs))}")
+        print(f"confounded with: {', '.join(effect.confused_with) or 'nothing known'}")
+        print(f"separated by: {effect.experiment}")
 
 
-def show_check(answer: Mapping[str, Any], out: TextIO) -> None:
+def show_check(answer: Mapping[str, Any]) -> None:
     """Print the faults of recordings and the effects that they cannot identify."""
-    print(f"{count_runs(answer['runs'])}, {answer['samples']} samples", file=out)
+    print(f"{count_runs(answer['runs'])}, {answer['samples']} samples")
     for finding in answer["findings"] or ["no findings"]:
-        print(f"  {finding}", file=out)
+        print(f"  {finding}")
     if not answer["ratio_known"]:
-        print("the sign of the lost motion was not checked: state --ratio", file=out)
-    show_runs_lacking(answer, out)
+        print("the sign of the lost motion was not checked: state --ratio")
+    show_runs_lacking(answer)
     elsewhere = [str(label) for label in answer["begin_elsewhere"]]
     if elsewhere:
         shown = ", ".join(elsewhere[:RUNS_LISTED]) + (" ..." * (len(elsewhere) > RUNS_LISTED))
         print(
             f"{len(elsewhere)} of {answer['runs']} runs begin at a torque other than the last of "
             f"the previous run: {shown}\n  The torque is assumed to have ramped monotonically "
-            "between runs; any other load between them looks like a sudden step.",
-            file=out,
+            "between runs; any other load between them looks like a sudden step."
         )
     for pair in answer["aliased"]:
         a, b = pair["columns"]
-        print(
-            f"{a} and {b} change together ({pair['rank_correlation']:+.2f}): vary one alone",
-            file=out,
-        )
+        print(f"{a} and {b} change together ({pair['rank_correlation']:+.2f}): vary one alone")
     for name, why in answer["not_testable"].items():
-        print(f"{name}: {why}", file=out)
+        print(f"{name}: {why}")
 
 
-def show_runs_lacking(answer: Mapping[str, Any], out: TextIO) -> None:
+def show_runs_lacking(answer: Mapping[str, Any]) -> None:
     """Print a note if there are too few runs to identify an effect."""
     if not answer["enough_runs"]:
-        print(f"fewer than {rules.RUNS_LEAST} runs: diagnose cannot identify an effect", file=out)
+        print(f"fewer than {rules.RUNS_LEAST} runs: diagnose cannot identify an effect")
 
 
-def show_forecast(answer: Mapping[str, Any], out: TextIO) -> None:
+def show_forecast(answer: Mapping[str, Any]) -> None:
     """Print a forecast."""
-    show_runs_lacking(answer, out)
-    print(
-        "smallest size of each effect that this plan would detect, with its error at the output:",
-        file=out,
-    )
+    show_runs_lacking(answer)
+    print("smallest size of each effect that this plan would detect, with its error at the output:")
     for effect in answer["effects"]:
         if effect["testable"]:
             print(
                 f"{effect['name']:<26} {effect['parameter']} from {effect['value']:.3g}"
                 f"{'' if effect['unit'] == '-' else ' ' + effect['unit']} "
-                f"({effect['rms_arcsec']:.2f} arcsec rms)",
-                file=out,
+                f"({effect['rms_arcsec']:.2f} arcsec rms)"
             )
         else:
-            print(f"{effect['name']:<26} {effect['reason']}", file=out)
+            print(f"{effect['name']:<26} {effect['reason']}")
     for pair in answer["confusable"]:
         a, b = pair["effects"]
         how = "hard to separate" if pair["separable"] else "cannot be separated"
-        print(f"{a} and {b}: {how} ({pair['angle_deg']:.0f} deg)", file=out)
+        print(f"{a} and {b}: {how} ({pair['angle_deg']:.0f} deg)")
 
 
-def show_next(answer: Mapping[str, Any], out: TextIO) -> None:
+def show_next(answer: Mapping[str, Any]) -> None:
     """Print the ranking of runs."""
-    print(verdict_sentence(answer["diagnosis"]), file=out)
-    print("\nto decide between " + ", ".join(answer["between"]), file=out)
-    print("expected evidence; 1 nat is a likelihood ratio of 2.7:", file=out)
+    print(verdict_sentence(answer["diagnosis"]))
+    print("\nto decide between " + ", ".join(answer["between"]))
+    print("expected evidence; 1 nat is a likelihood ratio of 2.7:")
     for run in answer["runs"]:
         print(
             f"  run {run['run']}: {plain_number(run['separation_nats'])} nats, "
-            f"{plain_number(run['per_minute'])} a minute",
-            file=out,
+            f"{plain_number(run['per_minute'])} a minute"
         )

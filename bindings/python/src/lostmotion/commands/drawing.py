@@ -33,4 +33,4 @@ def run_drawing(arguments: argparse.Namespace) -> None:
             for row in drawing_table(model)
         },
     }
-    deliver(answer, arguments, lambda out: print("\n".join(answer["files"]), file=out))
+    deliver(answer, arguments, lambda: print("\n".join(answer["files"])))

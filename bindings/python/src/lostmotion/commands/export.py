@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any
 
 import numpy as np
 
@@ -47,37 +47,36 @@ def run_export(arguments: argparse.Namespace) -> None:
         profile = arguments.profile or "standard"
         controller = make_controller(drive, settings, profile=profile, own=own)
         answer = export(controller, arguments.output, name=arguments.name, title=drive.name)
-    deliver(answer, arguments, lambda out: show_export(answer, out))
+    deliver(answer, arguments, lambda: show_export(answer))
 
 
-def show_export(answer: Mapping[str, Any], out: TextIO) -> None:
+def show_export(answer: Mapping[str, Any]) -> None:
     """Print the answer of the command."""
     plays = answer["plays_outside"] + answer["plays_inside"]
     count = len(answer["effects"])
     effects = "1 effect" if count == 1 else f"{count} effects"
-    print(f"written: {answer['file']} (fingerprint {answer['fingerprint']})\n", file=out)
+    print(f"written: {answer['file']} (fingerprint {answer['fingerprint']})\n")
     print(
         f"{answer['knots']} knots, {plays} operators, {effects}; "
-        f"{answer['blob_bytes']} bytes as a blob",
-        file=out,
+        f"{answer['blob_bytes']} bytes as a blob"
     )
     for effect in answer["effects"]:
-        print(f"  effect {effect}", file=out)
+        print(f"  effect {effect}")
     for source in answer["sources"]:
-        print(f"written: {source}, to be compiled with the library", file=out)
+        print(f"written: {source}, to be compiled with the library")
     if "fmi" in answer:
         binary = answer["binary"] or "none, sources only"
-        print(f"\nFMI {answer['fmi']}, co-simulation; binary: {binary}", file=out)
-        print(f"  inputs: {', '.join(answer['inputs'])}", file=out)
-        print(f"  outputs: {', '.join(answer['outputs'])}", file=out)
-        print(f"  parameters that may be tuned: {answer['tunable']}", file=out)
+        print(f"\nFMI {answer['fmi']}, co-simulation; binary: {binary}")
+        print(f"  inputs: {', '.join(answer['inputs'])}")
+        print(f"  outputs: {', '.join(answer['outputs'])}")
+        print(f"  parameters that may be tuned: {answer['tunable']}")
     if answer.get("kind", "compensator") == "compensator":
         limits = {**answer["limits"], **answer["watch"]}.items()
-        show_list("limits of the correction", (f"{n} = {v:.6g}" for n, v in limits), out)
+        show_list("limits of the correction", (f"{n} = {v:.6g}" for n, v in limits))
     ranges = (
         f"{name} = {' to '.join(f'{end:.6g}' for end in np.atleast_1d(value))}"
         for name, value in answer["valid"].items()
         if np.any(value)
     )
-    show_list("fitted range", ranges, out)
-    show_list("assumed", answer["notes"], out)
+    show_list("fitted range", ranges)
+    show_list("assumed", answer["notes"])

@@ -37,7 +37,7 @@ def run_new(arguments: argparse.Namespace) -> None:
         "drive": document["drive"],
         "broken_checks": [check.name for check in broken],
     }
-    deliver(answer, arguments, lambda out: print("\n".join([str(file), *said]), file=out))
+    deliver(answer, arguments, lambda: print("\n".join([str(file), *said])))
 
 
 def broken_check(check: Check) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
-from typing import Any, TextIO
+from typing import Any
 
 import numpy as np
 
@@ -71,7 +71,7 @@ def run_predict(arguments: argparse.Namespace) -> None:
         write_report(
             arguments.report, "Predicted lost motion", lead, [section], arguments.command_line
         )
-    deliver(answer, arguments, lambda out: show_prediction(answer, out, arguments.sensitivity))
+    deliver(answer, arguments, lambda: show_prediction(answer, arguments.sensitivity))
 
 
 def run_clearances(arguments: argparse.Namespace) -> None:
@@ -83,27 +83,22 @@ def run_clearances(arguments: argparse.Namespace) -> None:
         texts = arguments.angles_deg.split(",")
         angles = np.radians([read_number("--angles-deg", text, ANGLE_MAX_DEG) for text in texts])
     answer = clearances(drive, phase, angles)
-    deliver(answer, arguments, lambda out: show_clearances(answer, out))
+    deliver(answer, arguments, lambda: show_clearances(answer))
 
 
-def show_sensitivity(rows: list[dict[str, Any]], out: TextIO) -> None:
+def show_sensitivity(rows: list[dict[str, Any]]) -> None:
     """Print the sensitivity to each dimension."""
     head = ["dimension", "value", "lost motion arcmin", "stiffness Nm/rad", "1 / safety"]
     keys = ("lost_motion_arcmin", "stiffness_Nm_per_rad", "stress")
-    print("\nchange per unit of a dimension (per module, per mm):\n", file=out)
+    print("\nchange per unit of a dimension (per module, per mm):\n")
     show_table(
-        head,
-        [[r["key"], f"{r['value']:.4g}", *(f"{r[key]:.4g}" for key in keys)] for r in rows],
-        out,
+        head, [[r["key"], f"{r['value']:.4g}", *(f"{r[key]:.4g}" for key in keys)] for r in rows]
     )
 
 
-def show_prediction(answer: dict[str, Any], out: TextIO, sensitivity: bool = False) -> None:
+def show_prediction(answer: dict[str, Any], sensitivity: bool = False) -> None:
     """Print a prediction as a table."""
-    print(
-        f"{one_line(answer['drive'])} ({answer['kind']}): one-sided deflection in arcmin\n",
-        file=out,
-    )
+    print(f"{one_line(answer['drive'])} ({answer['kind']}): one-sided deflection in arcmin\n")
     parts = answer["parts_arcmin"]
     fitted = answer.get("fitted_arcmin")
     head = [
@@ -123,15 +118,14 @@ def show_prediction(answer: dict[str, Any], out: TextIO, sensitivity: bool = Fal
         ]
         for i, torque in enumerate(answer["torque_Nm"])
     ]
-    show_table(head, rows, out)
+    show_table(head, rows)
     print(
         f"\nreversal lost motion at +-{answer['reversal_torque_Nm']:.3g} Nm: "
-        f"{answer['reversal_lost_motion_arcmin']:.3f} arcmin",
-        file=out,
+        f"{answer['reversal_lost_motion_arcmin']:.3f} arcmin"
     )
     tolerance = answer["tolerance_um"]
     if answer["defaults"].get("design.tolerance") == "none":
-        print("no tolerances are stated: the radial gap is nominal", file=out)
+        print("no tolerances are stated: the radial gap is nominal")
     elif tolerance["worst_max"] is not None:
         lost = answer["tolerance_lost_motion_arcmin"]
         whole = answer["reversal_lost_motion_by_tolerance_arcmin"]
@@ -140,12 +134,11 @@ def show_prediction(answer: dict[str, Any], out: TextIO, sensitivity: bool = Fal
                 f"radial gap from tolerances, {kind}: {tolerance[f'{kind}_min']:.1f} to "
                 f"{tolerance[f'{kind}_max']:.1f} um, alone {lost[f'{kind}_min']:.3f} to "
                 f"{lost[f'{kind}_max']:.3f} arcmin in one direction; reversal lost motion with it "
-                f"up to {whole[kind]:.3f} arcmin",
-                file=out,
+                f"up to {whole[kind]:.3f} arcmin"
             )
-        show_budget(answer["tolerance_budget"], out)
+        show_budget(answer["tolerance_budget"])
     if "allocation" in answer:
-        show_allocation(answer["allocation"], out)
+        show_allocation(answer["allocation"])
     failed = [Check(**check) for check in answer.get("checks", []) if check["margin"] < 0]
     meanings = check_meanings() if failed else {}
     for check in failed:
@@ -154,19 +147,18 @@ def show_prediction(answer: dict[str, Any], out: TextIO, sensitivity: bool = Fal
         size = f"{value:.4g} {unit}".rstrip()
         print(
             f"{kind}: {check.name} {size}, limit {limit:.4g}, margin {margin:.4g} "
-            f"({meanings[check.name]})",
-            file=out,
+            f"({meanings[check.name]})"
         )
     for hint in answer.get("hints", []):
-        print(f"hint: {hint}", file=out)
+        print(f"hint: {hint}")
     if sensitivity:
-        show_sensitivity(answer["sensitivity"], out)
+        show_sensitivity(answer["sensitivity"])
     defaults = (f"{key} = {show_default(value)}" for key, value in answer["defaults"].items())
-    show_list("default values", defaults, out)
-    show_list("assumed", answer["assumptions"], out)
+    show_list("default values", defaults)
+    show_list("assumed", answer["assumptions"])
 
 
-def show_budget(budget: list[dict[str, Any]], out: TextIO) -> None:
+def show_budget(budget: list[dict[str, Any]]) -> None:
     """Print the share of each tolerance in the limits."""
     if not budget:
         return
@@ -183,18 +175,17 @@ def show_budget(budget: list[dict[str, Any]], out: TextIO) -> None:
         ]
         for link in budget
     ]
-    print(file=out)
-    show_table(head, rows, out)
-    print(file=out)
+    print()
+    show_table(head, rows)
+    print()
 
 
-def show_allocation(found: dict[str, Any], out: TextIO) -> None:
+def show_allocation(found: dict[str, Any]) -> None:
     """Print the cheapest grades that meet a target."""
     print(
         f"\ncheapest grades for a reversal lost motion of {found['target_arcmin']:.3f} arcmin, "
         f"{found['level']}: {found['then_arcmin']:.3f} arcmin (now {found['now_arcmin']:.3f}), "
-        f"cost {found['cost_then']:.3f} (now {found['cost_now']:.3f})\n",
-        file=out,
+        f"cost {found['cost_then']:.3f} (now {found['cost_now']:.3f})\n"
     )
     head = ["feature", "now", "cheapest", "field now um", "field um", "cost now", "cost"]
     keys = ("field_now_um", "field_um", "cost_now", "cost")
@@ -202,13 +193,13 @@ def show_allocation(found: dict[str, Any], out: TextIO) -> None:
         [one_line(f["name"]), f["now"], f["cheapest"], *(fixed(f[key], 2) for key in keys)]
         for f in found["features"]
     ]
-    show_table(head, rows, out)
+    show_table(head, rows)
 
 
-def show_clearances(answer: dict[str, Any], out: TextIO) -> None:
+def show_clearances(answer: dict[str, Any]) -> None:
     """Print clearances as a table."""
     name = one_line(answer["drive"])
-    print(f"{name}: side clearance in arcmin (negative: interference)\n", file=out)
+    print(f"{name}: side clearance in arcmin (negative: interference)\n")
     rows = [
         [
             str(answer["section"][i]),
@@ -220,7 +211,7 @@ def show_clearances(answer: dict[str, Any], out: TextIO) -> None:
         for i, angle in enumerate(answer["angle_deg"])
         if answer["overlap"][i]
     ]
-    show_table(["section", "angle deg", "forward", "backward", "contact radius mm"], rows, out)
+    show_table(["section", "angle deg", "forward", "backward", "contact radius mm"], rows)
     apart = answer["overlap"].count(False)
     if apart:
-        print(f"\n{apart} teeth without overlap are not listed", file=out)
+        print(f"\n{apart} teeth without overlap are not listed")

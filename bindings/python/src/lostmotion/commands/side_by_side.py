@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from typing import TextIO
 
 from lostmotion.drives import read_drive
 from lostmotion.errors import InputError, one_line
@@ -50,12 +49,12 @@ def run_table(arguments: argparse.Namespace) -> None:
         lead = "Predicted from the drive files, without measurements."
         section = table_section(answer)
         write_report(arguments.report, title, lead, [section], arguments.command_line)
-    deliver(answer, arguments, lambda out: show_rows(answer, out))
+    deliver(answer, arguments, lambda: show_rows(answer))
     if arguments.table is not None and not arguments.quiet and arguments.json != "-":
         print(f"written: {one_line(arguments.table)}")
 
 
-def show_rows(answer: SideBySide, out: TextIO) -> None:
+def show_rows(answer: SideBySide) -> None:
     """Print the table."""
     swept = answer["swept"]
     first = swept or "drive"
@@ -65,7 +64,7 @@ def show_rows(answer: SideBySide, out: TextIO) -> None:
         if row["refused"]:
             cells[-1] = f"refused: {one_line(row['refused'])}"
         rows.append([cell(row[first]), *cells])
-    show_table([first, *SHOWN.values()], rows, out)
+    show_table([first, *SHOWN.values()], rows)
 
 
 def cell(value: float | str | None) -> str:

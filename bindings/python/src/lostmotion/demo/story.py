@@ -6,7 +6,7 @@ import re
 import tempfile
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any
 
 from lostmotion.compare import Comparison, compare
 from lostmotion.demo.controller import (
@@ -237,32 +237,29 @@ def without_folder(found: SearchResult) -> dict[str, Any]:
     return {key: value for key, value in found.answer().items() if key != "folder"}
 
 
-def show_demonstration(found: Demonstration, out: TextIO) -> None:
+def show_demonstration(found: Demonstration) -> None:
     """Print a summary in a few lines, then one line per drive."""
     answer = found.comparison.answer()
-    print(f"1 recorded   {answer['samples']} samples in {len(answer['by_run'])} runs", file=out)
+    print(f"1 recorded   {answer['samples']} samples in {len(answer['by_run'])} runs")
     if answer["where_it_fails"]:
         names = [one["covariate"].replace("_", " ") for one in answer["where_it_fails"][:2]]
         print(
             f"2 residual   {answer['rms_arcsec']:.1f} arcsec rms, correlates with "
-            + " and ".join(names),
-            file=out,
+            + " and ".join(names)
         )
     effects = " and ".join(found.diagnosis.effects) or "nothing"
-    print(f"3 missing    {effects} ({found.diagnosis.verdict})", file=out)
+    print(f"3 missing    {effects} ({found.diagnosis.verdict})")
     steps = ", ".join(
         f"{' + '.join(['baseline', *rung['effects']])} {rung['rms_arcsec']:.2f}"
         for rung in found.model.ladder
     )
-    print(
-        f"4 added      {steps}, noise floor {found.model.noise_floor_arcsec:.2f} arcsec", file=out
-    )
+    print(f"4 added      {steps}, noise floor {found.model.noise_floor_arcsec:.2f} arcsec")
     where = "replayed on this machine: " + found.emulated if isinstance(found.emulated, str) else ""
     if not isinstance(found.emulated, str):
         same = "the same bits as here" if found.emulated.bits == found.scores.bits else "OTHER BITS"
         where = f"on an emulated Cortex-M4F ({EMULATOR}), {same}"
-    print(f"5 controller {where}; error of the output, arcsec rms:", file=out)
-    print(f"             at     uncompensated  baseline model  with {effects}", file=out)
+    print(f"5 controller {where}; error of the output, arcsec rms:")
+    print(f"             at     uncompensated  baseline model  with {effects}")
     rows = zip(
         found.scores.temperature_C,
         found.scores.before,
@@ -273,37 +270,31 @@ def show_demonstration(found: Demonstration, out: TextIO) -> None:
     for temperature, before, plain, after in rows:
         print(
             f"             {temperature:.0f} °C  {before:13.1f}  {plain:14.1f}  "
-            f"{after:{5 + len(effects)}.1f}",
-            file=out,
+            f"{after:{5 + len(effects)}.1f}"
         )
     if isinstance(found.designs, str):
-        print(f"6 designs    none: {found.designs}", file=out)
+        print(f"6 designs    none: {found.designs}")
     else:
         lead = "6 designs   "
         for name, one in found.designs.items():
             best = one.front[0]["figures"]["tolerance_lost_motion"]
             print(
                 f"{lead} {name}: lost motion {one.start['tolerance_lost_motion']:.2f} to "
-                f"{best:.2f} arcmin, {len(one.front)} on the front",
-                file=out,
+                f"{best:.2f} arcmin, {len(one.front)} on the front"
             )
             lead = " " * len(lead)
-    print("", file=out)
-    show_drives(found.others, out)
-    print(
-        f"report with pictures: {found.report}; beside it drive files, recordings, parameters",
-        file=out,
-    )
-    print(NEXT, file=out)
+    print("")
+    show_drives(found.others)
+    print(f"report with pictures: {found.report}; beside it drive files, recordings, parameters")
+    print(NEXT)
 
 
-def show_drives(others: OtherDrives, out: TextIO) -> None:
+def show_drives(others: OtherDrives) -> None:
     """Print a line for each of the other drives."""
     width = max(len(drive.name) for drive, _ in others.drives)
     print(
         f"{'arcmin':{width}}  reversal lost motion  deflection at   smallest side  checks\n"
-        f"{'':{width}}  at 4 % rated torque   rated torque    clearance      passed",
-        file=out,
+        f"{'':{width}}  at 4 % rated torque   rated torque    clearance      passed"
     )
     for (drive, answer), gap in zip(others.drives, others.smallest_gap_arcmin, strict=True):
         checks = [c for c in answer.get("checks", []) if c["name"] != "free_assembly"]
@@ -311,8 +302,7 @@ def show_drives(others: OtherDrives, out: TextIO) -> None:
         print(
             f"{drive.name:{width}}  {answer['reversal_lost_motion_arcmin']:<20.3f}  "
             f"{answer['total_arcmin'][-1]:<14.3f}  "
-            + (f"{gap:<13.4f}  {passed} of {len(checks)}" if gap is not None else "-"),
-            file=out,
+            + (f"{gap:<13.4f}  {passed} of {len(checks)}" if gap is not None else "-")
         )
     compared = others.comparison.answer()
     scale = ARCSEC / ARCMIN
@@ -321,6 +311,5 @@ def show_drives(others: OtherDrives, out: TextIO) -> None:
         f"{len(compared['by_run'])} runs; rms in arcmin: data-sheet model "
         f"{compared['unfitted_rms_arcsec'] * scale:.1f}, fitted "
         f"{compared['rms_arcsec'] * scale:.1f}, "
-        f"leave-one-run-out {compared['heldout_rms_arcsec'] * scale:.1f}",
-        file=out,
+        f"leave-one-run-out {compared['heldout_rms_arcsec'] * scale:.1f}"
     )
