@@ -47,7 +47,7 @@ from lostmotion.report import (
 )
 from lostmotion.report.charts import Chart, script_json
 from lostmotion.report.evidence import covariate_of
-from lostmotion.report.figure_data import FigureData
+from lostmotion.report.figure_data import numbers_csv
 from lostmotion.report.ladder import draw_ladder
 from lostmotion.report.mesh import (
     first_touches,
@@ -208,7 +208,9 @@ def figures(name: str) -> list[Figure | Chart]:
     """Figures of a section, without the residual plots, whose numbers a script writes."""
     blocks = section_of(name).blocks
     return [
-        block for block in blocks if isinstance(block, (Figure, Chart)) and block.table is not None
+        block
+        for block in blocks
+        if isinstance(block, (Figure, Chart)) and block.columns is not None
     ]
 
 
@@ -449,11 +451,11 @@ def test_numbers_behind_each_picture_survive_the_way_through_csv(name, page):
             1
             for other in order[: order.index(name)]
             for f in figures(other)
-            if f.table.name == figure.table.name
+            if f.name == figure.name
         )
-        read = page.table(f"{figure.table.name}.csv", earlier)
-        assert list(read) == list(figure.table.columns)
-        for column, values in figure.table.columns.items():
+        read = page.table(f"{figure.name}.csv", earlier)
+        assert list(read) == list(figure.columns)
+        for column, values in figure.columns.items():
             expected = np.asarray(values)
             if expected.dtype.kind == "f":
                 found = np.array([float(v) if v else np.nan for v in read[column]])
@@ -488,9 +490,7 @@ def test_residual_in_the_csv_is_measured_minus_model(page):
 
 
 def test_empty_cells_replace_what_is_not_finite():
-    assert FigureData("t", {"a_mm": [1.5, math.inf], "b": ["x,y", "z"]}).csv() == (
-        'a_mm,b\n1.5,"x,y"\n,z\n'
-    )
+    assert numbers_csv({"a_mm": [1.5, math.inf], "b": ["x,y", "z"]}) == ('a_mm,b\n1.5,"x,y"\n,z\n')
 
 
 def test_stages_count_the_teeth_that_the_torsion_curve_reports():
@@ -569,8 +569,8 @@ def test_spatial_drive_has_a_curve_for_each_section(drawn, tmp_path):
     file = tmp_path / "spatial.toml"
     file.write_text("")
     blocks = drive_section(parse_drive(drawn, str(file)), math.radians(0.5)).blocks
-    gaps = next(b for b in blocks if isinstance(b, Chart) and b.table.name == "clearances")
-    assert set(gaps.table.columns["section"]) == {0, 1, 2}
+    gaps = next(b for b in blocks if isinstance(b, Chart) and b.name == "clearances")
+    assert set(gaps.columns["section"]) == {0, 1, 2}
     assert "tooth phase 0.5°" in gaps.caption
     assert "3 from the cup's edge" in gaps.caption
 

@@ -12,7 +12,6 @@ from lostmotion.discover.answer import Diagnosis
 from lostmotion.drives import Drive
 from lostmotion.report import Section
 from lostmotion.report.charts import Chart
-from lostmotion.report.figure_data import FigureData
 from lostmotion.report.front import front_figure
 from lostmotion.report.page import PageTable
 from lostmotion.report.svg import signs
@@ -104,16 +103,13 @@ def controller_section(
                 "rms in arc seconds: of the joint alone, with the parameters of the fit without "
                 "the effect, and with it.",
                 lambda: [draw_scores(plain, scores)],
-                FigureData(
-                    "controller",
-                    {
-                        "run": scores.labels,
-                        "temperature_C": scores.temperature_C,
-                        "uncompensated_arcsec": scores.before,
-                        "without_effect_arcsec": plain.after,
-                        "compensated_arcsec": scores.after,
-                    },
-                ),
+                {
+                    "run": scores.labels,
+                    "temperature_C": scores.temperature_C,
+                    "uncompensated_arcsec": scores.before,
+                    "without_effect_arcsec": plain.after,
+                    "compensated_arcsec": scores.after,
+                },
             ),
             PageTable("Error of the output, arcsec rms", head, rows, range(1, len(head))),
         ],

@@ -10,7 +10,6 @@ from html import escape
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
-from urllib.parse import quote
 
 import numpy as np
 
@@ -25,7 +24,7 @@ from lostmotion.files import write_whole
 from lostmotion.model import DesignModel, design_model
 from lostmotion.report import Section, drive_section
 from lostmotion.report.charts import Chart, page_figure, script_json
-from lostmotion.report.figure_data import FigureData
+from lostmotion.report.figure_data import Columns
 from lostmotion.report.front import draw_front
 from lostmotion.report.mesh import make_mesh
 from lostmotion.report.page import (
@@ -33,6 +32,7 @@ from lostmotion.report.page import (
     Notes,
     PageTable,
     Raw,
+    numbers_link,
     render,
 )
 from lostmotion.report.sources import file_fingerprint
@@ -220,7 +220,6 @@ def explorer(result: SearchResult, context: Context) -> str:
                 for i, n in enumerate(names)
             )
             choosers += f"<label>{place} <select>{options}</select></label>"
-    numbers = quote(_front_table(result, values).csv(), safe=",-.:/")
     return (
         f"<style>{style}</style>"
         '<div class="explorer"><div>'
@@ -229,8 +228,7 @@ def explorer(result: SearchResult, context: Context) -> str:
         f'style="height:{drawn["layout"]["height"]}px"></div>'
         f'<script type="application/json" id="front-data">{script_json(drawn)}</script>'
         '<p class="hint">Arrow keys go from design to design. Grey: tolerance grades not yet '
-        "rounded to whole ones. "
-        f'<a download="front.csv" href="data:text/csv;charset=utf-8,{numbers}">numbers (CSV)</a>'
+        f"rounded to whole ones. {numbers_link('front', _front_table(result, values))}"
         '</p></div><div class="drive"><noscript>Without scripts the designs are in front.csv.'
         f'</noscript></div><script type="application/json" class="designs">{body}</script></div>'
         f"<script>{script}</script>"
@@ -263,14 +261,14 @@ def _trade_off(result: SearchResult, start: Sequence[float] | None) -> Any:
 Values = list[tuple[str, Any]]
 
 
-def _front_table(result: SearchResult, values: Sequence[Values]) -> FigureData:
+def _front_table(result: SearchResult, values: Sequence[Values]) -> Columns:
     columns: dict[str, list[object]] = {"design": list(range(1, len(result.front) + 1))}
     for name, unit in figures():
         columns[f"{name}_{unit}"] = [one["figures"][name] for one in result.front]
     rows = [dict(one) for one in values]
     for key in rows[0] if rows else ():
         columns[key] = [row.get(key, "") for row in rows]
-    return FigureData("front", columns)
+    return columns
 
 
 def _values(drive: Mapping[str, Any], model: DesignModel | None) -> Values:
@@ -358,7 +356,7 @@ def _history_figure(result: SearchResult) -> Chart:
         "end, where tolerance grades are rounded to whole ones and gaps are also checked "
         "between the angles.",
         draw,
-        FigureData("history", {"evaluations": at, f"best_{unit}": best}),
+        {"evaluations": at, f"best_{unit}": best},
     )
 
 
@@ -590,17 +588,14 @@ def _shares_figure(result: SearchResult, seen: Mapping[str, Any]) -> Chart:
         "What each tolerance contributes to the radial gap",
         "Share of the width between the limits (worst case) and of the variance (probable).",
         draw,
-        FigureData(
-            "tolerance_shares",
-            {
-                "tolerance": names,
-                "lower_um": [link["lower_um"] for link in links],
-                "upper_um": [link["upper_um"] for link in links],
-                "influence": [link["influence"] for link in links],
-                "worst_percent": worst,
-                "probable_percent": probable,
-            },
-        ),
+        {
+            "tolerance": names,
+            "lower_um": [link["lower_um"] for link in links],
+            "upper_um": [link["upper_um"] for link in links],
+            "influence": [link["influence"] for link in links],
+            "worst_percent": worst,
+            "probable_percent": probable,
+        },
     )
 
 

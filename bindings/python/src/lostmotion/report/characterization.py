@@ -10,7 +10,6 @@ from lostmotion.characterize import Characterization, StandardFigures
 from lostmotion.characterize.characterization import sheet_figures
 from lostmotion.characterize.printed import NAMES, cells, flat
 from lostmotion.report.charts import Chart
-from lostmotion.report.figure_data import FigureData
 from lostmotion.report.page import Notes, PageTable, Section
 from lostmotion.report.sources import file_fingerprint
 from lostmotion.report.wording import written
@@ -99,12 +98,9 @@ def curve_figure(result: Characterization) -> Chart:
         "Samples of the loops averaged in torque bins (grey), each loop about its own middle, "
         "and the mean curve as straight lines (orange).",
         lambda: [result.plot()],
-        FigureData(
-            "loops",
-            {
-                "loop": [int(loop) for loop in samples.loop],
-                "torque_Nm": samples.torque_Nm,
-                "angle_arcmin": result.loop_angles_rad() / ARCMIN,
-            },
-        ),
+        {
+            "loop": [int(loop) for loop in samples.loop],
+            "torque_Nm": samples.torque_Nm,
+            "angle_arcmin": result.loop_angles_rad() / ARCMIN,
+        },
     )

@@ -18,7 +18,7 @@ from typing import Any
 
 from lostmotion.discover.fitted_model import FittedModel
 from lostmotion.discover.whitened_result import WhitenedResult
-from lostmotion.report.figure_data import FigureData
+from lostmotion.report.figure_data import Columns
 
 SCRIPT = Path(__file__).with_name("charts.js")
 
@@ -38,7 +38,7 @@ class Chart:
         Content and reading instructions, plain text.
     make : callable
         Returns the Plotly figures.
-    table : FigureData, optional
+    columns : mapping, optional
         The numbers behind them; by default those that are drawn.
     beside : int
         How many of the figures are side by side on a wide page.
@@ -48,7 +48,7 @@ class Chart:
     title: str
     caption: str
     make: Callable[[], Sequence[Any]]
-    table: FigureData | None = None
+    columns: Columns | None = None
     beside: int = 1
 
     def figures(self) -> list[dict[str, Any]]:

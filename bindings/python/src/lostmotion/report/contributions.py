@@ -10,7 +10,6 @@ import numpy as np
 
 from lostmotion.catalogue import PARTS, REVERSAL_TORQUE_SHARE, Catalogue
 from lostmotion.report.charts import Chart
-from lostmotion.report.figure_data import FigureData
 from lostmotion.report.svg import Array, signs
 from lostmotion.report.wording import written
 from lostmotion.results import figures
@@ -118,7 +117,7 @@ def contributions_figure(data: Contributions) -> Chart:
         f"Torsion curve of {data.name}",
         signs(caption),
         lambda: draw_contributions(data),
-        FigureData("torsion_curve", columns),
+        columns,
         beside=2,
     )
 

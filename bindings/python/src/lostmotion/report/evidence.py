@@ -15,7 +15,6 @@ from lostmotion.discover.contest_round import RecordedRound
 from lostmotion.discover.recorded_model import Selection
 from lostmotion.evidence.overlap import principal_angles
 from lostmotion.report.charts import Chart
-from lostmotion.report.figure_data import FigureData
 from lostmotion.report.maps import bins_of
 from lostmotion.report.svg import Array, signs
 from lostmotion.report.wording import with_signs, words
@@ -61,13 +60,10 @@ def dots_figure(gains: Sequence[tuple[str, Array]], labels: Sequence[object]) ->
         "the others with the candidate in the model: right of zero the run supports it. An "
         "effect that only a single run supports is not accepted. Dark: the sum over all runs.",
         lambda: [draw_dots(gains, labels)],
-        FigureData(
-            "gain_by_run",
-            {
-                "run": [str(label) for label in labels],
-                **{f"{candidate}_nats": list(gain) for candidate, gain in gains},
-            },
-        ),
+        {
+            "run": [str(label) for label in labels],
+            **{f"{candidate}_nats": list(gain) for candidate, gain in gains},
+        },
     )
 
 
@@ -119,14 +115,11 @@ def alike_figure(step: Step) -> Chart | None:
         "strongest "
         f"{len(chosen)} are shown.",
         lambda: [draw_alike([words(n) for n in chosen], angle)],
-        FigureData(
-            "angles",
-            {
-                "effect": [chosen[i] for i, _ in pairs],
-                "other": [chosen[j] for _, j in pairs],
-                "angle_deg": [float(angle[i, j]) for i, j in pairs],
-            },
-        ),
+        {
+            "effect": [chosen[i] for i, _ in pairs],
+            "other": [chosen[j] for _, j in pairs],
+            "angle_deg": [float(angle[i, j]) for i, j in pairs],
+        },
     )
 
 
@@ -188,15 +181,12 @@ def shape_figure(step: Step) -> Chart | None:
         "(band). Where the shape acts on stiffness, friction or gap, the line is its mean effect "
         "on the lost motion.",
         lambda: [draw_shape(middle, line, mean, half, label)],
-        FigureData(
-            "shape",
-            {
-                label: list(middle),
-                "shape_arcsec": list(line),
-                "mean_residual_arcsec": list(mean),
-                "twice_standard_error_arcsec": list(half),
-            },
-        ),
+        {
+            label: list(middle),
+            "shape_arcsec": list(line),
+            "mean_residual_arcsec": list(mean),
+            "twice_standard_error_arcsec": list(half),
+        },
     )
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,26 +13,14 @@ from lostmotion.files import csv_text
 CSV_DIGITS = 10
 """Significant digits of the numbers behind a picture."""
 
+Columns = Mapping[str, Sequence[object] | npt.NDArray[Any]]
+"""Numbers or texts behind a figure: columns of equal length, named with their unit."""
 
-@dataclass(frozen=True)
-class FigureData:
-    """Data of a figure: columns of equal length, named with their unit.
 
-    Attributes
-    ----------
-    name : str
-        File name without suffix.
-    columns : mapping
-        Numbers or texts; values that are not finite become empty cells.
-    """
-
-    name: str
-    columns: Mapping[str, Sequence[object] | npt.NDArray[Any]]
-
-    def csv(self) -> str:
-        """Return the table as CSV."""
-        rows = zip(*self.columns.values(), strict=True)
-        return csv_text(self.columns, (map(_cell, row) for row in rows))
+def numbers_csv(columns: Columns) -> str:
+    """Return columns as CSV; values that are not finite become empty cells."""
+    rows = zip(*columns.values(), strict=True)
+    return csv_text(columns, (map(_cell, row) for row in rows))
 
 
 def _cell(value: object) -> str:

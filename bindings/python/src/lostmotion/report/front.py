@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from lostmotion.report.charts import Chart
-from lostmotion.report.figure_data import FigureData
 from lostmotion.report.wording import words, written
 from lostmotion.results import figures
 from lostmotion.results.colours import BLUE, INK, SOFT
@@ -35,13 +34,10 @@ def front_figure(front: Values, names: Sequence[str], units: Sequence[str], name
         "One dot per design: none of them is better than another in every objective. "
         f"Horizontal axis: {across}; vertical axis: {up}.{hidden}",
         lambda: [draw_front(front, names, units)],
-        FigureData(
-            "front",
-            {
-                f"{one} {unit}".strip(): [row[i] for row in front]
-                for i, (one, unit) in enumerate(zip(names, units, strict=True))
-            },
-        ),
+        {
+            f"{one} {unit}".strip(): [row[i] for row in front]
+            for i, (one, unit) in enumerate(zip(names, units, strict=True))
+        },
     )
 
 

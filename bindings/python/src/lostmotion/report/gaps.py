@@ -10,7 +10,6 @@ import numpy as np
 
 from lostmotion.model import Clearances, DesignModel
 from lostmotion.report.charts import Chart
-from lostmotion.report.figure_data import FigureData
 from lostmotion.report.mesh import make_mesh
 from lostmotion.report.svg import Array, signs
 from lostmotion.results import figures
@@ -141,17 +140,14 @@ def gaps_figure(data: Gaps) -> Chart:
         f"Side clearances of {data.name}",
         signs(caption),
         lambda: [draw_gaps(data)],
-        FigureData(
-            "clearances",
-            {
-                "section": [int(s) for s in table.section],
-                "angle_deg": np.degrees(table.angle_rad),
-                "forward_arcmin": table.forward_rad / ARCMIN,
-                "backward_arcmin": table.backward_rad / ARCMIN,
-                "forward_contact_radius_mm": radii[0],
-                "backward_contact_radius_mm": radii[1],
-            },
-        ),
+        {
+            "section": [int(s) for s in table.section],
+            "angle_deg": np.degrees(table.angle_rad),
+            "forward_arcmin": table.forward_rad / ARCMIN,
+            "backward_arcmin": table.backward_rad / ARCMIN,
+            "forward_contact_radius_mm": radii[0],
+            "backward_contact_radius_mm": radii[1],
+        },
     )
 
 

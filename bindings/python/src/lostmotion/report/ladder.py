@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from lostmotion.report.charts import Chart
-from lostmotion.report.figure_data import FigureData
 from lostmotion.report.wording import NOISE_FLOOR, NOISE_FLOOR_IS, with_zeros, words
 from lostmotion.results import figures
 
@@ -30,15 +29,12 @@ def ladder_figure(rungs: Sequence[Mapping[str, Any]], floor_arcsec: float, name:
         "second number leave-one-run-out. The grey band is the "
         f"{NOISE_FLOOR}: {NOISE_FLOOR_IS}.",
         lambda: [draw_ladder(rungs, floor_arcsec)],
-        FigureData(
-            "error_ladder",
-            {
-                "effects": [" + ".join(["baseline", *rung["effects"]]) for rung in rungs],
-                "rms_arcsec": [rung["rms_arcsec"] for rung in rungs],
-                "rms_heldout_arcsec": [rung["rms_heldout_arcsec"] for rung in rungs],
-                "noise_floor_arcsec": [floor_arcsec] * len(rungs),
-            },
-        ),
+        {
+            "effects": [" + ".join(["baseline", *rung["effects"]]) for rung in rungs],
+            "rms_arcsec": [rung["rms_arcsec"] for rung in rungs],
+            "rms_heldout_arcsec": [rung["rms_heldout_arcsec"] for rung in rungs],
+            "noise_floor_arcsec": [floor_arcsec] * len(rungs),
+        },
     )
 
 

@@ -12,7 +12,6 @@ from lostmotion.compare.failures import Failure
 from lostmotion.discover.advice import count_runs
 from lostmotion.friction import WORDS
 from lostmotion.report.charts import Chart
-from lostmotion.report.figure_data import FigureData
 from lostmotion.report.svg import abridged
 from lostmotion.report.wording import chance, with_zeros, words, written
 from lostmotion.results import figures
@@ -84,17 +83,14 @@ def loops_figure(result: Comparison, name: str) -> Chart:
         f"Measured loops of {name} against the model",
         caption,
         lambda: draw_loops(result),
-        FigureData(
-            "loops",
-            {
-                "run": [labels[i] for i in result.run_of],
-                "time_s": result.campaign.column("time"),
-                "torque_Nm": result.torque_Nm,
-                "measured_arcmin": result.measured_rad / ARCMIN,
-                "model_arcmin": (result.measured_rad - result.residual_rad) / ARCMIN,
-                "residual_arcmin": result.residual_rad / ARCMIN,
-            },
-        ),
+        {
+            "run": [labels[i] for i in result.run_of],
+            "time_s": result.campaign.column("time"),
+            "torque_Nm": result.torque_Nm,
+            "measured_arcmin": result.measured_rad / ARCMIN,
+            "model_arcmin": (result.measured_rad - result.residual_rad) / ARCMIN,
+            "residual_arcmin": result.residual_rad / ARCMIN,
+        },
         beside=2,
     )
 
@@ -137,14 +133,11 @@ def failures_figure(result: Comparison, name: str) -> Chart:
         f"Where the model of {name} fails",
         caption,
         lambda: [draw_failures(failures)],
-        FigureData(
-            "where_it_fails",
-            {
-                "covariate": [f.covariate for f in failures],
-                "share": [f.share for f in failures],
-                "p": [f.p for f in failures],
-            },
-        ),
+        {
+            "covariate": [f.covariate for f in failures],
+            "share": [f.share for f in failures],
+            "p": [f.p for f in failures],
+        },
     )
 
 

@@ -12,7 +12,6 @@ from lostmotion.branches import directions
 from lostmotion.core import NEEDS
 from lostmotion.effects.conditions import Conditions
 from lostmotion.report.charts import Chart
-from lostmotion.report.figure_data import FigureData
 from lostmotion.report.wording import unit_text, words, written
 from lostmotion.results import figures
 from lostmotion.results.colours import INK, SOFT, TEAL
@@ -186,17 +185,14 @@ def map_figure(data: Residuals, covariate: str) -> Chart:
         "Here, the mean along the quantity for either sign of the torque; the grey band is the "
         f"{data.against}.",
         lambda: [draw_profile(data, covariate)],
-        FigureData(
-            f"residual_by_{covariate}",
-            {
-                "torque_from_Nm": of.torque_edges[i],
-                "torque_to_Nm": of.torque_edges[i + 1],
-                f"{covariate}_from": of.edges[j],
-                f"{covariate}_to": of.edges[j + 1],
-                "samples": of.count.ravel(),
-                "mean_residual_arcsec": of.mean.ravel(),
-            },
-        ),
+        {
+            "torque_from_Nm": of.torque_edges[i],
+            "torque_to_Nm": of.torque_edges[i + 1],
+            f"{covariate}_from": of.edges[j],
+            f"{covariate}_to": of.edges[j + 1],
+            "samples": of.count.ravel(),
+            "mean_residual_arcsec": of.mean.ravel(),
+        },
     )
 
 

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from lostmotion.effects.conditions import Conditions
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.report.charts import Chart
-from lostmotion.report.figure_data import FigureData
+from lostmotion.report.figure_data import Columns
 from lostmotion.report.loops import LOOP_LEAST
 from lostmotion.report.svg import Array, abridged
 from lostmotion.report.wording import with_zeros
@@ -81,7 +81,7 @@ class Overlay:
             self.model.append([(measured - left[at]) * ARCSEC / ARCMIN for left in self.left])
         self.runs = c.runs
 
-    def table(self) -> FigureData:
+    def columns(self) -> Columns:
         """Return the data of the figure."""
         columns: dict[str, list[object]] = {
             "run": [label for label, t in zip(self.labels, self.torque, strict=True) for _ in t],
@@ -93,7 +93,7 @@ class Overlay:
         for k, name in enumerate(("baseline", "baseline_and_effects")[: len(self.left)]):
             columns[f"{name}_arcmin"] = [x for m in self.model for x in m[k]]
             columns[f"{name}_residual_arcsec"] = [x for r in self.residual for x in r[k]]
-        return FigureData("runs", columns)
+        return columns
 
 
 def axis_of(c: Conditions, run: slice, at: IntArray) -> tuple[Array, str, list[IntArray]]:
@@ -138,7 +138,7 @@ def overlay_figure(
         f"Runs of {name}: measured and modelled",
         caption,
         lambda: draw_overlay(data),
-        data.table(),
+        data.columns(),
         beside=3,
     )
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from lostmotion import __version__
 from lostmotion.report.charts import Chart, chart_html, drawing_script
-from lostmotion.report.figure_data import FigureData
+from lostmotion.report.figure_data import Columns, numbers_csv
 
 WIDE, NARROW = 940.0, 360.0
 """Widths for which each figure is drawn: page or screen, and phone."""
@@ -38,17 +38,21 @@ class Figure:
 
     Attributes
     ----------
+    name : str
+        Of its files, without suffix.
     title, caption : str
         Content and reading instructions, plain text.
     draw : callable
         Returns the SVG for a width.
-    table : FigureData
+    columns : mapping
+        The numbers behind it.
     """
 
+    name: str
     title: str
     caption: str
     draw: Callable[[float], str]
-    table: FigureData
+    columns: Columns
 
 
 @dataclass(frozen=True)
@@ -157,7 +161,9 @@ def render(title: str, lead: str, sections: Sequence[Section], command: str) -> 
                 charts += 1
                 place = f"{block.name}_{charts}"
                 number = f"Figure {figures}. "
-                out.append(chart_html(block, place, number, numbers_link(block.table)))
+                out.append(
+                    chart_html(block, place, number, numbers_link(block.name, block.columns))
+                )
             else:
                 out.append(notes_html(block))
         out.append("</section>")
@@ -182,30 +188,29 @@ def _joined(text: str) -> str:
     return re.sub(r"(?<=[0-9.³]) (?=(?:N·m|arcmin|arcsec|µm|mm|MPa|%))", "&nbsp;", escape(text))
 
 
-def numbers_link(table: FigureData | None) -> str:
+def numbers_link(name: str, columns: Columns | None) -> str:
     """Link to the numbers behind a figure, which it contains."""
-    if table is None:
+    if columns is None:
         return ""
-    text = table.csv()
+    text = numbers_csv(columns)
     if len(text) > PACKED_FROM:
         packed = base64.b64encode(gzip.compress(text.encode(), mtime=0)).decode()
         return (
-            f'<a download="{table.name}.csv.gz" href="data:application/gzip;base64,{packed}">'
+            f'<a download="{name}.csv.gz" href="data:application/gzip;base64,{packed}">'
             "numbers (CSV, gzip)</a>"
         )
     numbers = "data:text/csv;charset=utf-8," + quote(text, safe=",-.:/")
-    return f'<a download="{table.name}.csv" href="{escape(numbers)}">numbers (CSV)</a>'
+    return f'<a download="{name}.csv" href="{escape(numbers)}">numbers (CSV)</a>'
 
 
 def _figure(figure: Figure, number: int) -> str:
     wide, narrow = figure.draw(WIDE), figure.draw(NARROW)
-    name = figure.table.name
     picture = "data:image/svg+xml;charset=utf-8," + quote(wide, safe=",-.:/ =;()'")
     return (
         f'<figure><div class="wide">{wide}</div><div class="narrow">{narrow}</div>'
         f"<figcaption><b>Figure {number}. {escape(figure.title)}.</b> {escape(figure.caption)}"
-        f'<span class="files">{numbers_link(figure.table)}'
-        f'<a download="{name}.svg" href="{escape(picture)}">picture (SVG)</a></span>'
+        f'<span class="files">{numbers_link(figure.name, figure.columns)}'
+        f'<a download="{figure.name}.svg" href="{escape(picture)}">picture (SVG)</a></span>'
         "</figcaption></figure>"
     )
 

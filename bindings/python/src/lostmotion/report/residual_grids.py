@@ -13,7 +13,6 @@ from lostmotion.branches import directions
 from lostmotion.compare.loops import branch_blocks
 from lostmotion.effects.conditions import Conditions
 from lostmotion.report.charts import Chart
-from lostmotion.report.figure_data import FigureData
 from lostmotion.report.maps import bins_of, name_of, recorded_quantities
 from lostmotion.report.svg import Array
 from lostmotion.report.wording import NOISE_FLOOR, angle_text
@@ -181,7 +180,7 @@ def grids_figure(
         f"Residual of the model of {name}",
         caption,
         lambda: draw_maps(grids, made, labels, scale),
-        FigureData("residual_grids", rows),
+        rows,
         beside=2,
     )
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 from lostmotion.report.charts import Chart
-from lostmotion.report.figure_data import FigureData
 from lostmotion.report.page import PageTable, Section
 from lostmotion.report.wording import words
 from lostmotion.results.colours import BLUE
@@ -52,9 +51,7 @@ def sweep_figure(answer: SideBySide) -> Chart:
         "One curve per result, over the values of the key; where a curve ends, the drive is "
         "refused.",
         lambda: [draw_sweep(answer)],
-        FigureData(
-            "sweep", {name: [row[name] for row in rows] for name in (answer["swept"], *DRAWN)}
-        ),
+        {name: [row[name] for row in rows] for name in (answer["swept"], *DRAWN)},
     )
 
 

@@ -9,7 +9,6 @@ import numpy as np
 
 from lostmotion.model import DesignModel
 from lostmotion.report.charts import Chart
-from lostmotion.report.figure_data import FigureData
 from lostmotion.report.gaps import BACKWARD, FORWARD
 from lostmotion.report.page import PageTable
 from lostmotion.report.svg import signs
@@ -128,17 +127,14 @@ def stages_figure(data: Stages) -> Chart:
         f"Stages of take-up of {data.name}",
         caption,
         lambda: [draw_stages(data)],
-        FigureData(
-            "stages",
-            {
-                "torque_Nm": [e.torque_Nm for e in rows],
-                "rotation_arcmin": [e.rotation_arcmin for e in rows],
-                "tooth_angle_deg": [e.angle_deg for e in rows],
-                "flank": ["forward" if e.side > 0 else "backward" for e in rows],
-                "section": [e.section for e in rows],
-                "event": ["begins" if e.joined else "ceases" for e in rows],
-            },
-        ),
+        {
+            "torque_Nm": [e.torque_Nm for e in rows],
+            "rotation_arcmin": [e.rotation_arcmin for e in rows],
+            "tooth_angle_deg": [e.angle_deg for e in rows],
+            "flank": ["forward" if e.side > 0 else "backward" for e in rows],
+            "section": [e.section for e in rows],
+            "event": ["begins" if e.joined else "ceases" for e in rows],
+        },
     )
 
 

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from lostmotion.model import DesignModel
-from lostmotion.report.figure_data import FigureData
 from lostmotion.report.mesh import (
     Mesh,
     Touch,
@@ -290,22 +289,20 @@ def teeth_figure(
         caption += f" The middle one of {model.sections} axial sections is drawn."
     rows = [(t, mesh.place(t.angle_rad)) for t in touches]
     return Figure(
+        "teeth",
         f"Meshing teeth of {name}",
         caption,
         lambda width: draw_teeth(mesh, touches, name, width),
-        FigureData(
-            "teeth",
-            {
-                "angle_deg": [math.degrees(t.angle_rad) for t, _ in rows],
-                "flank": ["forward" if t.side > 0 else "backward" for t, _ in rows],
-                "neutral_line_radius_mm": [p[1] for _, p in rows],
-                "polar_angle_deg": [math.degrees(p[0]) for _, p in rows],
-                "axis_direction_deg": [math.degrees(p[2]) for _, p in rows],
-                "first_contact_radius_mm": [t.radius_mm for t, _ in rows],
-                "gap_arcmin": [t.gap_rad / ARCMIN for t, _ in rows],
-                "carries_at_rated_torque": [int(t.loaded) for t, _ in rows],
-            },
-        ),
+        {
+            "angle_deg": [math.degrees(t.angle_rad) for t, _ in rows],
+            "flank": ["forward" if t.side > 0 else "backward" for t, _ in rows],
+            "neutral_line_radius_mm": [p[1] for _, p in rows],
+            "polar_angle_deg": [math.degrees(p[0]) for _, p in rows],
+            "axis_direction_deg": [math.degrees(p[2]) for _, p in rows],
+            "first_contact_radius_mm": [t.radius_mm for t, _ in rows],
+            "gap_arcmin": [t.gap_rad / ARCMIN for t, _ in rows],
+            "carries_at_rated_torque": [int(t.loaded) for t, _ in rows],
+        },
     )
 
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any
 
 from lostmotion.report.charts import Chart
-from lostmotion.report.figure_data import FigureData
 from lostmotion.results import figures
 from lostmotion.results.colours import BLUE
 
@@ -47,16 +46,13 @@ def tolerances_figure(data: Tolerances) -> Chart:
         f"Tolerance limits of {data.name}",
         caption,
         lambda: [draw_tolerances(data)],
-        FigureData(
-            "tolerances",
-            {
-                "limit": list(kinds),
-                "gap_min_um": [limits[f"{kind}_min"] for kind in kinds],
-                "gap_max_um": [limits[f"{kind}_max"] for kind in kinds],
-                "lost_motion_min_arcmin": [limits[f"{kind}_min"] * scale for kind in kinds],
-                "lost_motion_max_arcmin": [limits[f"{kind}_max"] * scale for kind in kinds],
-            },
-        ),
+        {
+            "limit": list(kinds),
+            "gap_min_um": [limits[f"{kind}_min"] for kind in kinds],
+            "gap_max_um": [limits[f"{kind}_max"] for kind in kinds],
+            "lost_motion_min_arcmin": [limits[f"{kind}_min"] * scale for kind in kinds],
+            "lost_motion_max_arcmin": [limits[f"{kind}_max"] * scale for kind in kinds],
+        },
     )
 
 

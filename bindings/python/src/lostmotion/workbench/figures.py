@@ -7,7 +7,7 @@ from html import escape
 from typing import Any
 
 from lostmotion.report.charts import Chart
-from lostmotion.report.figure_data import FigureData
+from lostmotion.report.figure_data import Columns
 from lostmotion.report.page import (
     NARROW,
     WIDE,
@@ -45,14 +45,14 @@ class Rendered:
     """
 
     parts: list[str | DrawnChart] = field(default_factory=list)
-    tables: dict[str, FigureData] = field(default_factory=dict)
+    tables: dict[str, Columns] = field(default_factory=dict)
     pictures: dict[str, str] = field(default_factory=dict)
 
     def add_chart(self, chart: Chart) -> None:
         """Draw a chart and store its numbers."""
         self.parts.append(DrawnChart(chart, chart.figures()))
-        if chart.table is not None:
-            self.tables[chart.table.name] = chart.table
+        if chart.columns is not None:
+            self.tables[chart.name] = chart.columns
 
 
 def render_section(section: Section) -> Rendered:
@@ -68,7 +68,7 @@ def render_section(section: Section) -> Rendered:
             out.parts.append(notes_html(block))
         elif isinstance(block, Raw):
             out.parts.append(block.html)
-        elif block.table is not None:
+        elif block.columns is not None:
             out.add_chart(block)
         # Residual plots have a panel of their own, of the current model.
     return out
@@ -76,9 +76,9 @@ def render_section(section: Section) -> Rendered:
 
 def render_figure(figure: Figure, out: Rendered) -> str:
     """Draw a drawing to scale for a wide and a narrow page, and store its data for the link."""
-    name = figure.table.name
+    name = figure.name
     wide = figure.draw(WIDE)
-    out.tables[name], out.pictures[name] = figure.table, wide
+    out.tables[name], out.pictures[name] = figure.columns, wide
     return (
         f'<figure><div class="wide">{wide}</div><div class="narrow">{figure.draw(NARROW)}</div>'
         f"<figcaption><b>{escape(figure.title)}.</b> {escape(figure.caption)} "

@@ -106,8 +106,8 @@ class Panel:
 
     def chart(self, chart: Chart) -> list[ui.plotly]:
         """Draw a chart with its caption."""
-        if chart.table is not None:
-            self.bench.comparison_page.tables[chart.table.name] = chart.table
+        if chart.columns is not None:
+            self.bench.comparison_page.tables[chart.name] = chart.columns
         return self.drawn(DrawnChart(chart, chart.figures()))
 
     def drawn(self, part: DrawnChart) -> list[ui.plotly]:
@@ -117,7 +117,7 @@ class Panel:
             with ui.element("div").classes(f"charts beside{chart.beside}"):
                 shown = [plot(figure, chart.title) for figure in part.figures]
             with ui.element("figcaption"):
-                numbers = "" if chart.table is None else numbers_address(chart.table.name)
+                numbers = "" if chart.columns is None else numbers_address(chart.name)
                 self.html(
                     f"<b>{escape(chart.title)}.</b> {escape(chart.caption)} {HOW} "
                     f'<span class="files">{numbers}</span>'

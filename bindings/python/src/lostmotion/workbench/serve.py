@@ -20,6 +20,7 @@ from lostmotion.errors import InputError, LostMotionError, one_line
 from lostmotion.recordings import parse_map
 from lostmotion.recordings.joining import Join
 from lostmotion.report.effect_pictures import draw_effect
+from lostmotion.report.figure_data import numbers_csv
 from lostmotion.terminal import ending_in_order
 from lostmotion.workbench.bench import Bench
 from lostmotion.workbench.designs import Search
@@ -174,7 +175,7 @@ def make_app(bench: Bench, work: Work, search: Search) -> None:
     def numbers(name: str) -> Response:
         for page in (bench.comparison_page, bench.drive_page):
             if name in page.tables:
-                return attachment(page.tables[name].csv(), f"{name}.csv", "text/csv")
+                return attachment(numbers_csv(page.tables[name]), f"{name}.csv", "text/csv")
         return PlainTextResponse("no such numbers\n", 404)
 
     @app.get("/picture/{name}.svg")
