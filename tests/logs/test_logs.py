@@ -112,6 +112,11 @@ def test_a_hostile_file_is_answered_within_10_s_and_2_GiB(name: str) -> None:
     assert not outcome.wrong(), outcome
 
 
+def test_runs_that_take_turns_are_compared_within_10_s_and_2_GiB() -> None:
+    outcome = against("two runs that take turns at every row", "compare")
+    assert (outcome.status, outcome.error) == (0, "")
+
+
 def test_evidence_that_inflates_is_answered_within_10_s_and_2_GiB() -> None:
     outcome = against_evidence()
     assert not outcome.wrong(), outcome

@@ -50,9 +50,14 @@ REPEATED_OPTIONS = {
 }
 """Options that accept several values at once, and the pattern of such a value."""
 
+ALLOCATOR = ("ARROW_DEFAULT_MEMORY_POOL", "system")
+"""Setting of Arrow, whose own allocator reserves a gigabyte of addresses at the first array: half
+of what a process limited to two may use."""
+
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command and return its exit status."""
+    os.environ.setdefault(*ALLOCATOR)
     open_standard_streams()
     parser = make_parser()
     words = sys.argv[1:] if argv is None else argv

@@ -9,7 +9,7 @@ from scipy import special
 
 from lostmotion.characterize.figures import Estimate, figure, none
 from lostmotion.characterize.stretches import FEW_READINGS, Samples
-from lostmotion.characterize.three_slopes import CONFIDENCE, CurveFit, fit_slopes
+from lostmotion.characterize.three_slopes import CONFIDENCE, CurveFit, fit_lines, fit_slopes
 
 TAKEUP_SHARES = (0.01, 0.02, 0.05, 0.1)
 """Shares of the amplitude at which a step may be complete."""
@@ -67,13 +67,12 @@ def find_backlash(samples: Samples, slopes: int) -> Backlash:
         inside = np.count_nonzero(np.abs(samples.torque_Nm) < takeup)
         if inside < 2 * samples.loops:
             continue
-        fits.append(fit_slopes(samples, slopes, takeup))
+        fits.append(fit_lines(samples, slopes, takeup))
     if not fits:
         return Backlash(none("too few samples near zero torque"))
-    best = min(fits, key=lambda fit: float(fit.residual_rad @ fit.residual_rad))
-    closes = best.takeup_Nm <= GAP_SHARE * samples.amplitude_Nm
-    if not closes:
-        best = fits[0]
+    nearest = min(fits, key=lambda fit: float(fit.residual_rad @ fit.residual_rad))
+    closes = nearest.takeup_Nm <= GAP_SHARE * samples.amplitude_Nm
+    best = (nearest if closes else fits[0]).with_errors()
     step, variance = best.step_rad, best.step_variance
     significant = step > best.critical * np.sqrt(variance)
     beyond = float(best.slopes_rad_per_Nm[0])

@@ -21,7 +21,7 @@ from lostmotion.characterize.figures import (
     none,
 )
 from lostmotion.characterize.printed import NAMES, cells, flat
-from lostmotion.characterize.stretches import FEW_READINGS, Samples, collect
+from lostmotion.characterize.stretches import FEW_READINGS, Loops, Samples, collect, find_loops
 from lostmotion.characterize.three_slopes import (
     CurveFit,
     developed,
@@ -139,7 +139,10 @@ def sheet_figures(sheet: Catalogue, rated_torque_Nm: float) -> dict[str, float |
 
 
 def standard_figures(
-    campaign: Campaign, rated_torque_Nm: float, angle_rad: Sequence[FloatArray] | None = None
+    campaign: Campaign,
+    rated_torque_Nm: float,
+    angle_rad: Sequence[FloatArray] | None = None,
+    loops: Loops | None = None,
 ) -> StandardFigures:
     """Find the figures of the largest loops of a campaign.
 
@@ -151,15 +154,18 @@ def standard_figures(
     angle_rad : sequence of ndarray, optional
         Angles to use instead of the lost motion, one array per run: those of a model at these
         torques.
+    loops : Loops, optional
+        Result of `find_loops`.
     """
     with one_thread():  # small matrices
-        return _standard_figures(campaign, rated_torque_Nm, angle_rad)
+        loops = find_loops(campaign) if loops is None else loops
+        return _standard_figures(campaign, rated_torque_Nm, angle_rad, loops)
 
 
 def _standard_figures(
-    campaign: Campaign, rated_torque_Nm: float, angle_rad: Sequence[FloatArray] | None
+    campaign: Campaign, rated_torque_Nm: float, angle_rad: Sequence[FloatArray] | None, loops: Loops
 ) -> StandardFigures:
-    samples = collect(campaign, angle_rad)
+    samples = collect(campaign, angle_rad, loops=loops)
     torques = {share: share * rated_torque_Nm for share in LOST_MOTION_SHARES}
     fit, curve = fit_torsion_curve(samples)
     if fit is None:
@@ -182,7 +188,7 @@ def _standard_figures(
         curve,
         {
             share: lost_motion(
-                collect(campaign, angle_rad, LOST_MOTION_WINDOW * torque), torque, fit
+                collect(campaign, angle_rad, LOST_MOTION_WINDOW * torque, loops), torque, fit
             )
             for share, torque in torques.items()
         },

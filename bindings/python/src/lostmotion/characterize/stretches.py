@@ -47,7 +47,7 @@ torque equally. A bin is less than 1 % of the amplitude.
 """
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Samples:
     """Means of the samples of loops in torque bins, one entry per section and bin.
 
@@ -146,12 +146,49 @@ class Stretch:
     loop: int
 
 
+@dataclass(frozen=True)
+class Loops:
+    """The loops of the largest amplitude of a campaign: their tips and their sections.
+
+    Attributes
+    ----------
+    low_Nm, high_Nm : float
+    used : list of Stretch
+    rates_Nm_per_s : list of float
+        Mean torque rates of the sections.
+    history_known : bool
+        As of `Samples`.
+    """
+
+    low_Nm: float
+    high_Nm: float
+    used: list[Stretch]
+    rates_Nm_per_s: list[float]
+    history_known: bool
+
+
+def find_loops(campaign: Campaign) -> Loops:
+    """Find the loops of the largest amplitude of a campaign."""
+    low, high = tips(campaign.runs)
+    moves = high > low  # constant torque: no loop
+    used = loop_stretches(campaign, low, high) if moves else []
+    known = bool(used)
+    if moves and not known:
+        used = loop_stretches(campaign, low, high, any_history=True)
+    rates = []
+    if campaign.timed:
+        for stretch in used:
+            rates += loading_rate(campaign.runs[stretch.run], stretch.rows)
+    return Loops(low, high, used, rates, known)
+
+
 def collect(
     campaign: Campaign,
     angle_rad: Sequence[FloatArray] | None = None,
     window_Nm: float | None = None,
+    loops: Loops | None = None,
 ) -> Samples:
-    """Collect the loops of the largest amplitude of a campaign.
+    """Collect the samples of the loops of the largest amplitude of a campaign.
 
     Parameters
     ----------
@@ -160,15 +197,13 @@ def collect(
         Angles in place of the lost motion, one array per run: those of a model at these torques.
     window_Nm : float, optional
         Range of torque on either side of zero for the samples and bins.
+    loops : Loops, optional
+        Result of `find_loops`.
     """
-    low, high = tips(campaign.runs)
-    moves = high > low  # constant torque: no loop
-    used = loop_stretches(campaign, low, high) if moves else []
-    known = bool(used)
-    if moves and not known:
-        used = loop_stretches(campaign, low, high, any_history=True)
+    loops = find_loops(campaign) if loops is None else loops
+    low, high, used, rates = loops.low_Nm, loops.high_Nm, loops.used, loops.rates_Nm_per_s
     width = ((high - low) if window_Nm is None else 2.0 * window_Nm) / CELLS
-    torque, angle, rates = [], [], []
+    torque, angle = [], []
     for stretch in used:
         run = campaign.runs[stretch.run]
         lost = run.lost_motion_rad if angle_rad is None else angle_rad[stretch.run]
@@ -177,7 +212,6 @@ def collect(
             x, y = x[np.abs(x) <= window_Nm], y[np.abs(x) <= window_Nm]
         torque.append(x)
         angle.append(y)
-        rates += loading_rate(run, stretch.rows) if campaign.timed else []
     sizes = [part.size for part in torque]
     readings = sum(stretch.rows.stop - stretch.rows.start for stretch in used)
     starts = campaign.starts
@@ -202,7 +236,7 @@ def collect(
         width,
         reading_step(np.concatenate(angle)) if angle else 0.0,
         np.concatenate(rows).astype(np.intp) if rows else np.zeros(0, dtype=np.intp),
-        known,
+        loops.history_known,
     )
 
 

@@ -19,13 +19,14 @@ sections. Manual readings are treated as independent.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import cache, cached_property
+from functools import cache, cached_property, lru_cache
 from itertools import combinations, pairwise
 
 import numpy as np
 import numpy.typing as npt
 from scipy import optimize, special
-from scipy.linalg.lapack import dpocon, dposv
+from scipy.linalg import solve_triangular
+from scipy.linalg.lapack import dpocon, dposv, dpotrf
 
 from lostmotion.characterize.stretches import CELLS, FEW_READINGS, Samples
 from lostmotion.rms import rms_of
@@ -204,16 +205,18 @@ def hats(values: FloatArray, nodes: FloatArray) -> FloatArray:
 
 def supported(samples: Samples, nodes: FloatArray) -> FloatArray:
     """Nodes with enough samples between them for a straight line; the first one is kept."""
-    size = np.abs(samples.torque_Nm)
-    level = np.floor(size / samples.cell_Nm)
-    branches = [
-        (size[at], level[at]) for at in (samples.falling > 0, samples.falling < 0) if np.any(at)
+    sizes = [
+        np.sort(np.abs(samples.torque_Nm[at]))
+        for at in (samples.falling > 0, samples.falling < 0)
+        if np.any(at)
     ]
+    cells = [np.cumsum(np.diff(np.floor(size / samples.cell_Nm), prepend=-1) > 0) for size in sizes]
 
     def levels(low: float, high: float) -> int:
+        ends = [np.searchsorted(size, (low, high), "right") for size in sizes]
         return min(
-            int(np.unique(cell[(torque > low) & (torque <= high)]).size)
-            for torque, cell in branches
+            int(cell[b - 1] - cell[a]) + 1 if b > a else 0
+            for cell, (a, b) in zip(cells, ends, strict=True)
         )
 
     kept = [float(nodes[0])]
@@ -225,6 +228,7 @@ def supported(samples: Samples, nodes: FloatArray) -> FloatArray:
     return np.asarray(kept)
 
 
+@lru_cache(maxsize=2)
 def width_columns(samples: Samples) -> tuple[FloatArray, FloatArray]:
     """Columns of the half width of the loop, and their nodes in N m."""
     if not samples.both_branches:
@@ -237,12 +241,13 @@ def width_columns(samples: Samples) -> tuple[FloatArray, FloatArray]:
 
 
 def without_loop_means(columns: FloatArray, loop: IntArray) -> FloatArray:
-    """Subtract the mean of each loop: every loop has its own offset."""
-    count = np.maximum(np.bincount(loop), 1)
-    out = np.empty_like(columns)
-    for i, column in enumerate(columns.T):
-        out[:, i] = column - (np.bincount(loop, column) / count)[loop]
-    return out
+    """Subtract the mean of each loop: every loop has its own offset. Loops are in order."""
+    edges = np.flatnonzero(np.diff(loop, prepend=-1))
+    count = np.diff(edges, append=loop.size)
+    if not count.size:
+        return columns
+    means = np.add.reduceat(columns, edges, axis=0) / count[:, None]
+    return np.asarray(columns - np.repeat(means, count, axis=0))
 
 
 def least_squares(columns: FloatArray, values: FloatArray) -> FloatArray:
@@ -360,32 +365,79 @@ def jackknife(design: FloatArray, residual: FloatArray, blocks: IntArray) -> Flo
     order = np.argsort(blocks, kind="stable")
     ends = np.flatnonzero(np.diff(blocks[order])) + 1
     design, residual = design[order], residual[order]
-    pieces = [slice(a, b) for a, b in pairwise([0, *ends.tolist(), order.size])]
-    count = len(pieces)
-    shifts = np.zeros((count, design.shape[1]))
-    for b, at in enumerate(pieces):
-        rows = design[at]
-        rest, gradient = whole - rows.T @ rows, rows.T @ residual[at]
+    sizes = np.diff(np.concatenate(([0], ends, [order.size])))
+    starts, count = np.cumsum(sizes) - sizes, sizes.size
+    shifts = np.full((count, design.shape[1]), np.nan)
+    leave_out_short(whole, design, residual, starts, sizes, shifts)
+    for b in np.flatnonzero(np.isnan(shifts).any(axis=1)):
+        at = slice(starts[b], starts[b] + sizes[b])
+        rest, gradient = whole - design[at].T @ design[at], design[at].T @ residual[at]
         shift = solve_determined(rest, gradient, SINGULAR)
         if shift is None:
             shift = np.asarray(np.linalg.lstsq(rest, gradient, rcond=SINGULAR)[0])
-        shifts[b] = -shift
+        shifts[b] = shift
     shifts -= shifts.mean(axis=0)
     return np.asarray((count - 1) / count * shifts.T @ shifts)
+
+
+def leave_out_short(
+    whole: FloatArray,
+    design: FloatArray,
+    residual: FloatArray,
+    starts: IntArray,
+    sizes: IntArray,
+    shifts: FloatArray,
+) -> None:
+    """Set the shifts of blocks with fewer rows than columns, all blocks of a size at once.
+
+    With the rows Z of a block in the basis in which the normal matrix is one, leaving it out shifts
+    the solution by Z' (1 - Z Z')^-1 times its residual (Woodbury). Blocks without which the others
+    do not determine the solution are not set.
+    """
+    factor, failed = dpotrf(whole)
+    if failed or dpocon(factor, float(np.abs(whole).sum(axis=0).max()))[0] <= WELL_CONDITIONED:
+        return
+    factor = np.triu(factor)
+    basis = solve_triangular(factor, design.T, trans="T").T
+    for size in np.unique(sizes[sizes < design.shape[1]]):
+        blocks = np.flatnonzero(sizes == size)
+        rows = starts[blocks, None] + np.arange(size)
+        z = basis[rows]
+        left = np.eye(size) - z @ z.transpose(0, 2, 1)
+        determined = np.linalg.eigvalsh(left)[:, 0] > SINGULAR
+        blocks, rows, z, left = (x[determined] for x in (blocks, rows, z, left))
+        across = np.linalg.solve(left, residual[rows][:, :, None])
+        moved = (z.transpose(0, 2, 1) @ across)[:, :, 0]
+        shifts[blocks] = solve_triangular(factor, moved.T).T
 
 
 @dataclass(frozen=True)
 class FreeLoop:
     """A loop with a mean curve of any shape: offset of every loop, half widths at their nodes."""
 
+    samples: Samples
+    design: FloatArray
+    found: FloatArray
+    residual_rad: FloatArray
     offsets_rad: FloatArray
-    half_width_rad: FloatArray
-    covariance: FloatArray
-    dof: float
+    widths: slice
+
+    @property
+    def half_width_rad(self) -> FloatArray:
+        """Half widths."""
+        return self.found[self.widths]
+
+    def width_errors(self) -> tuple[FloatArray, float]:
+        """Variances of the half widths, and their degrees of freedom."""
+        fitted = self.design @ self.found
+        covariance, dof = covariance_of(self.samples, self.design, self.residual_rad, fitted)
+        return np.diag(covariance)[self.widths], dof
 
 
-def free_loop(samples: Samples, width: FloatArray) -> FreeLoop:
+@lru_cache(maxsize=2)
+def free_loop(samples: Samples) -> FreeLoop:
     """Fit a mean curve of any shape."""
+    width, _ = width_columns(samples)
     nodes = supported(samples, np.array(WIDTH_NODES) * samples.amplitude_Nm)
     curve = np.sign(samples.torque_Nm)[:, None] * hats(np.abs(samples.torque_Nm), nodes)
     columns = np.column_stack([curve[:, 1:], width])
@@ -396,8 +448,7 @@ def free_loop(samples: Samples, width: FloatArray) -> FreeLoop:
     left = angle - columns @ found
     offsets = np.bincount(samples.loop, left) / np.maximum(np.bincount(samples.loop), 1)
     widths = slice(nodes.size - 1, None)
-    covariance, dof = covariance_of(samples, design, target - design @ found, design @ found)
-    return FreeLoop(offsets, found[widths], covariance[widths, widths], dof)
+    return FreeLoop(samples, design, found, target - design @ found, offsets, widths)
 
 
 def developed(samples: Samples) -> Samples:
@@ -409,17 +460,18 @@ def developed(samples: Samples) -> Samples:
     apart. A transition begins where the width is significantly below the usual one; the rest of it
     would bend the curve. A loop that closes gradually is used as it is.
     """
-    width, nodes = width_columns(samples)
+    _, nodes = width_columns(samples)
     if nodes.size < WIDTH_NODES_LEAST:
         return samples
-    loop = free_loop(samples, width)
+    loop = free_loop(samples)
     share = nodes / samples.amplitude_Nm
     inside = share <= TRANSITION_MOST
     usual = float(np.median(loop.half_width_rad[inside]))
     if usual <= 0 or np.any(loop.half_width_rad[inside] < DEVELOPED * usual):
         return samples
-    error = np.sqrt(np.maximum(np.diag(loop.covariance), 0.0))
-    closed = usual - loop.half_width_rad > special.stdtrit(loop.dof, CONFIDENCE) * error
+    variance, dof = loop.width_errors()
+    error = np.sqrt(np.maximum(variance, 0.0))
+    closed = usual - loop.half_width_rad > special.stdtrit(dof, CONFIDENCE) * error
     closed &= ~inside
     if not np.any(closed):
         return samples
@@ -454,7 +506,7 @@ class KinkSearch:
                 np.column_stack((samples.falling > 0, cell)), axis=0, return_inverse=True
             )
             group = group.ravel()
-            angle = samples.angle_rad - free_loop(samples, width).offsets_rad[samples.loop]
+            angle = samples.angle_rad - free_loop(samples).offsets_rad[samples.loop]
         count = np.bincount(group)
 
         def mean(values: FloatArray) -> FloatArray:
@@ -550,7 +602,52 @@ class KinkSearch:
         return found
 
 
-def fit_slopes(samples: Samples, slopes: int, takeup_Nm: float = 0.0) -> CurveFit:
+@dataclass(frozen=True)
+class Lines:
+    """Lines of a curve by least squares, without errors."""
+
+    samples: Samples
+    kinks_Nm: FloatArray
+    takeup_Nm: float
+    linear: FloatArray
+    found: FloatArray
+    residual_rad: FloatArray
+    search: KinkSearch
+
+    def with_errors(self) -> CurveFit:
+        """Return the curve with its errors."""
+        samples, kinks, found, residual = (
+            self.samples,
+            self.kinks_Nm,
+            self.found,
+            self.residual_rad,
+        )
+        slopes, step = kinks.size + 1, int(self.takeup_Nm > 0)
+        moved = without_loop_means(
+            kink_columns(samples.torque_Nm, kinks, found[:slopes]), samples.loop
+        )
+        design = np.column_stack([self.linear[:, :slopes], moved, self.linear[:, slopes:]])
+        fitted = self.linear @ found
+        covariance, dof = covariance_of(samples, design, residual, fitted)
+        many = samples.readings >= FEW_READINGS
+        least = samples.resolution_rad**2 / 12.0
+        return CurveFit(
+            kinks,
+            found[:slopes],
+            float(found[slopes]) if step else 0.0,
+            self.takeup_Nm,
+            found[slopes + step :],
+            width_columns(samples)[1],
+            covariance,
+            dof,
+            max(dof, float(np.unique(blocks_of(samples)).size - 1)) if many else dof,
+            residual,
+            [] if many else self.search.intervals(kinks, dof, least),
+            shared_rms(samples, residual) if is_shared(samples, residual, fitted) else 0.0,
+        )
+
+
+def fit_lines(samples: Samples, slopes: int, takeup_Nm: float = 0.0) -> Lines:
     """Fit a curve of one to three slopes to the loops, with or without a step at zero.
 
     Parameters
@@ -560,35 +657,20 @@ def fit_slopes(samples: Samples, slopes: int, takeup_Nm: float = 0.0) -> CurveFi
     takeup_Nm : float
         Torque at which the step is complete; 0 for no step.
     """
-    width, nodes = width_columns(samples)
+    width, _ = width_columns(samples)
     search = KinkSearch(samples, width, takeup_Nm)
     kinks = search.best(slopes - 1)
     torque, loop = samples.torque_Nm, samples.loop
-    curve = curve_columns(torque, kinks)
     step = [step_column(torque, takeup_Nm)] if takeup_Nm > 0 else []
-    linear = without_loop_means(np.column_stack([curve, *step, width]), loop)
+    linear = without_loop_means(np.column_stack([curve_columns(torque, kinks), *step, width]), loop)
     angle = without_loop_means(samples.angle_rad[:, None], loop)[:, 0]
     found = least_squares(linear, angle)
-    residual = angle - linear @ found
-    moved = without_loop_means(kink_columns(torque, kinks, found[:slopes]), loop)
-    design = np.column_stack([linear[:, :slopes], moved, linear[:, slopes:]])
-    covariance, dof = covariance_of(samples, design, residual, linear @ found)
-    many = samples.readings >= FEW_READINGS
-    least = samples.resolution_rad**2 / 12.0
-    return CurveFit(
-        kinks,
-        found[:slopes],
-        float(found[slopes]) if step else 0.0,
-        takeup_Nm,
-        found[slopes + len(step) :],
-        nodes,
-        covariance,
-        dof,
-        max(dof, float(np.unique(blocks_of(samples)).size - 1)) if many else dof,
-        residual,
-        [] if many else search.intervals(kinks, dof, least),
-        shared_rms(samples, residual) if is_shared(samples, residual, linear @ found) else 0.0,
-    )
+    return Lines(samples, kinks, takeup_Nm, linear, found, angle - linear @ found, search)
+
+
+def fit_slopes(samples: Samples, slopes: int, takeup_Nm: float = 0.0) -> CurveFit:
+    """Fit a curve as `fit_lines` does, with errors."""
+    return fit_lines(samples, slopes, takeup_Nm).with_errors()
 
 
 FEW_KINK_WALD = 11.72

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from scipy import sparse
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
@@ -15,6 +17,9 @@ TINY = float(np.finfo(np.float64).tiny)
 
 FLIPS = 2047
 """Random sign patterns of the permutation test."""
+
+FLIPS_AT_ONCE = 64
+"""Patterns in memory at a time: all of them for tens of thousands of blocks are half a gigabyte."""
 
 FULL_FLIPS_BLOCKS = 11
 """Up to this number of blocks all sign patterns are tried."""
@@ -54,18 +59,25 @@ def variance_explained(
     total = float(np.sum(residual**2))
     if total == 0:
         return 0.0, 1.0
-    shares = np.sum((random_signs(height, generator) @ scaled) ** 2, axis=1) / total
+    parts = [
+        np.sum((signs @ scaled) ** 2, axis=1) / total for signs in random_signs(height, generator)
+    ]
+    shares = np.concatenate(parts)
     return beyond_chance(shares[0], float(np.mean(shares))), chance_of(shares)
 
 
-def random_signs(blocks: int, generator: np.random.Generator) -> FloatArray:
-    """Sign patterns of blocks, all of them if there are few; the first is the measured one."""
-    if blocks <= FULL_FLIPS_BLOCKS:
-        patterns = (np.arange(2 ** (blocks - 1))[:, None] >> np.arange(blocks)) & 1
-    else:
-        patterns = generator.integers(0, 2, (FLIPS, blocks))
-        patterns[0] = 0
-    return np.asarray(1.0 - 2.0 * patterns)
+def random_signs(blocks: int, generator: np.random.Generator) -> Iterator[FloatArray]:
+    """Yield sign patterns of blocks, all if the blocks are few; the first is the measured one."""
+    few = blocks <= FULL_FLIPS_BLOCKS
+    flips = 2 ** (blocks - 1) if few else FLIPS
+    for first in range(0, flips, FLIPS_AT_ONCE):
+        rows = np.arange(first, min(first + FLIPS_AT_ONCE, flips))
+        if few:
+            patterns = (rows[:, None] >> np.arange(blocks)) & 1
+        else:
+            patterns = generator.integers(0, 2, (rows.size, blocks))
+            patterns[rows == 0] = 0
+        yield np.asarray(1.0 - 2.0 * patterns)
 
 
 def chance_of(statistics: FloatArray) -> float:
@@ -109,16 +121,20 @@ def explained_apart(
     cells = np.ravel(cells)
     _, blocks = np.unique(blocks, return_inverse=True)
     width, height = many.size, int(blocks.max()) + 1
-    place = blocks * width + cells
-    sums = np.bincount(place, residual, width * height).reshape(height, width)
-    counts = np.bincount(place, minlength=width * height).reshape(height, width)
-    size = counts.sum(axis=0)
-    scaled = sums / np.sqrt(size)
-    signs = random_signs(height, generator)
-    within = float(np.sum(sums**2 / np.maximum(counts, 1)))
-    flipped = signs @ scaled
-    apart = np.sum(without_groups(flipped, size, many, few) ** 2, axis=1)
-    alike = np.sum(flipped**2, axis=1) - apart
+    # A block has samples in few cells: its sums are a row of a sparse matrix.
+    place, inside = np.unique(blocks * width + cells, return_inverse=True)
+    sums, counts = np.bincount(inside, residual), np.bincount(inside)
+    size = np.bincount(cells)
+    at = place // width, place % width
+    scaled = sparse.csr_array((sums / np.sqrt(size[at[1]]), at), shape=(height, width))
+    within = float(np.sum(sums**2 / counts))
+    flips, aparts = [], []
+    for signs in random_signs(height, generator):
+        flipped = signs @ scaled
+        flips.append(np.sum(flipped**2, axis=1))
+        aparts.append(np.sum(without_groups(flipped, size, many, few) ** 2, axis=1))
+    apart = np.concatenate(aparts)
+    alike = np.concatenate(flips) - apart
     # Random signs reintroduce offsets and a common curve, which reduce the variance that can differ
     # between runs.
     parts = apart / np.maximum(within - alike, TINY)

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion.characterize import StandardFigures, standard_figures
+from lostmotion.characterize.stretches import find_loops
 from lostmotion.compare.failures import Failure, where_it_fails
 from lostmotion.compare.loops import zero_widths
 from lostmotion.compare.repeatability import Repeatability, repeatability_of
@@ -149,11 +150,13 @@ class Comparison(WhitenedResult):
     def standard_figures(self) -> dict[str, StandardFigures]:
         """Standard figures of the measured and of the modelled loops, by the same method."""
         model = self.measured_rad - self.residual_rad
+        loops = find_loops(self.campaign)
         return {
             name: standard_figures(
                 self.campaign,
                 self.rated_torque_Nm,
                 [angle[at] for at in self.base.conditions.slices()],
+                loops,
             )
             for name, angle in (("measured", self.measured_rad), ("model", model))
         }
