@@ -18,6 +18,7 @@ from lostmotion.discover.fitted_model import FittedModel, fit_model
 from lostmotion.discover.next_run import next_runs
 from lostmotion.discover.plan_file import read_plan
 from lostmotion.drives import Drive, format_toml, read_drive
+from lostmotion.effects.columns import missing_columns
 from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.effect import Effect
 from lostmotion.effects.library import library
@@ -236,6 +237,13 @@ class Bench:
             self.comparison.noise.floor_rad / ARCSEC,
             REPEATABILITY,
         )
+
+    def fittable(self) -> list[str]:
+        """Names of the effects whose columns were recorded; of all without recordings."""
+        if self.campaign is None:
+            return list(self.effects)
+        conditions = Conditions(self.campaign)
+        return [n for n, one in self.effects.items() if not missing_columns(one, conditions)]
 
     def compare_effects(self, a: str, b: str, tick: OnProgress) -> None:
         """Compare two effects."""

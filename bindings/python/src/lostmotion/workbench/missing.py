@@ -201,8 +201,8 @@ class AlikePanel(Panel):
 
     def draw(self) -> None:
         """Draw the panel."""
-        names = {name: words(name) for name in self.bench.effects}
-        if not self.pair:
+        names = {name: words(name) for name in self.bench.fittable()}
+        if not set(self.pair) <= names.keys() or not self.pair:
             self.pair = self.suggestion()
         self.html(
             "<p>Two confounded effects: how well does each explain the recordings, run by run, and "
@@ -222,12 +222,13 @@ class AlikePanel(Panel):
         """Suggest the rivals of the diagnosis, or the strongest effect and a confounded one."""
         found = self.bench.diagnosis
         ranked = [c for c in found.candidates if c["testable"]] if found is not None else []
-        names = [name for name, effect in self.bench.effects.items() if not effect.absorbed]
+        known = self.bench.fittable()
+        names = [name for name in known if not self.bench.effects[name].absorbed]
         first = ranked[0]["name"] if ranked else names[0]
         others = [*(ranked[0]["confused_with"] if ranked else ())]
         others += [*self.bench.effects[first].confused_with, *(c["name"] for c in ranked[1:])]
         others += names
-        return [first, next(one for one in others if one != first and one in self.bench.effects)]
+        return [first, next(one for one in others if one != first and one in known)]
 
     def start(self) -> None:
         """Fit both."""
