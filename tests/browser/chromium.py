@@ -28,7 +28,7 @@ SPEC = """
 [search]
 objectives = ["lost_motion", "stiffness", "cost"]
 seed = 1
-evaluations = 24000
+evaluations = 12000
 workers = 1
 [search.fixed]
 "teeth.module_mm" = 0.25

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import gzip
-import json
-import resource
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -16,6 +13,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[1] / "docs"))
 
 from blocks import read_blocks, same_line
+from demonstration import Demonstration, demonstration
 
 from conftest import NO_SEARCH
 from lostmotion.cli import main
@@ -34,23 +32,9 @@ LIMIT_S = 120.0
 machine."""
 
 
-def processor_s() -> float:
-    """Processor time of all children so far."""
-    used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return used.ru_utime + used.ru_stime
-
-
 @pytest.fixture(scope="module")
-def shown(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict, str, float]:
-    """Folder of a demonstration, its answer, what it prints, and how long it took."""
-    folder = tmp_path_factory.mktemp("new") / "demo"
-    begin = processor_s()
-    done = subprocess.run(
-        [sys.executable, "-m", "lostmotion", "demo", "-o", folder, "--json", folder.parent / "a"],
-        capture_output=True, text=True, check=True,
-    )  # fmt: skip
-    answer = json.loads((folder.parent / "a").read_text())
-    return folder, answer, done.stdout, processor_s() - begin
+def shown(tmp_path_factory: pytest.TempPathFactory) -> Demonstration:
+    return demonstration(tmp_path_factory)
 
 
 def test_the_hidden_effect_is_found_and_the_error_falls_to_the_noise(shown):
@@ -92,23 +76,6 @@ def test_the_emulated_controller_computes_the_bits_of_the_replay(shown):
         )
     assert on["emulator"] == ""
     assert on["same_bits"] is True
-
-
-def test_without_the_emulator_it_replays_here_into_the_same_folder_and_states_it(shown, tmp_path):
-    first, _, _, _ = shown
-    folder = tmp_path / "demo"
-    shutil.copytree(first, folder)
-    before = sorted(path.name for path in folder.iterdir())
-    (tmp_path / "bin").mkdir()
-    done = subprocess.run(
-        [sys.executable, "-m", "lostmotion", "demo", "-o", folder],
-        capture_output=True, text=True, check=True, env={"PATH": str(tmp_path / "bin")},
-    )  # fmt: skip
-    assert "replayed on this machine: arm-none-eabi-gcc and qemu-system-arm not installed" in (
-        done.stdout
-    )
-    assert "Replayed on this machine" in (folder / "report.html").read_text()
-    assert sorted(path.name for path in folder.iterdir()) == before
 
 
 def test_each_shipped_spec_is_searched_and_halves_the_lost_motion_of_its_start(shown):
