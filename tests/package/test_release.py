@@ -1,75 +1,14 @@
-"""Contents of the release: only code under the stated licences, notices, reproducible bytes."""
+"""The release: an sdist of reproducible bytes, and the versions of its dependencies."""
 
 from __future__ import annotations
 
-import json
 import re
-import subprocess
 import sys
 import tarfile
-import zipfile
-from functools import cache
 from pathlib import Path
-from typing import Any
 
 import pytest
-from test_wheel import PACKAGE, ROOT, build_environment, pip, run
-
-from lostmotion import __version__
-
-BUILD = """
-import json, sys
-import build_backend
-kind, folder, settings = sys.argv[1], sys.argv[2], json.loads(sys.argv[3])
-print(getattr(build_backend, f"build_{kind}")(folder, settings))
-"""
-
-
-def build(kind: str, folder: Path, environment: dict[str, str], **settings: str) -> Path:
-    """Build an sdist or a wheel; its file."""
-    folder.mkdir(exist_ok=True)
-    said = run(
-        sys.executable,
-        "-c",
-        BUILD,
-        kind,
-        folder,
-        json.dumps(settings),
-        cwd=PACKAGE,
-        env=environment,
-    )
-    return folder / said.strip().splitlines()[-1]
-
-
-@cache
-def nlopt_source(folder: Path) -> Path:
-    """NLopt's source out of Debian's package, or why the test is left out."""
-    script = ROOT / "optimizer" / "nlopt_from_debian.sh"
-    done = subprocess.run(["sh", script, folder], capture_output=True, text=True, check=False)
-    if done.returncode != 0 or not done.stdout.strip():
-        pytest.skip("no source of NLopt: it comes from Debian's mirror through apt-get")
-    return Path(done.stdout.strip())
-
-
-def components(sbom: bytes) -> dict[str, dict[str, Any]]:
-    """Components of a CycloneDX document by name."""
-    document = json.loads(sbom)
-    assert document["bomFormat"] == "CycloneDX"
-    assert document["metadata"]["component"]["version"] == __version__
-    listed = {one["name"]: one for one in document["components"]}
-    references = [one["bom-ref"] for one in document["components"]]
-    assert document["dependencies"] == [
-        {"ref": f"pkg:pypi/lostmotion@{__version__}", "dependsOn": references}
-    ]
-    return listed
-
-
-def needed() -> set[str]:
-    """Names of the packages that the package needs."""
-    text = (PACKAGE / "pyproject.toml").read_text()
-    found = re.search(r"^dependencies = \[(.*?)^\]", text, re.DOTALL | re.MULTILINE)
-    assert found is not None
-    return set(re.findall(r'^  "([\w.-]+)', found[1], re.MULTILINE))
+from test_wheel import PACKAGE, ROOT, build, build_environment, components, needed, pip, run
 
 
 def test_an_sdist_has_the_same_bytes_twice_and_states_what_it_is_made_of(tmp_path: Path) -> None:
@@ -83,35 +22,6 @@ def test_an_sdist_has_the_same_bytes_twice_and_states_what_it_is_made_of(tmp_pat
         assert set(components(listed.read())) == needed()
     assert {"LICENSE", "LICENSES/NLopt.txt", "checkout/optimizer/NLopt.cmake"} <= set(names)
     assert not [name for name in names if "luksan" in name.lower()]
-
-
-def test_a_release_wheel_carries_nlopt_without_its_part_under_the_lgpl(tmp_path: Path) -> None:
-    source = nlopt_source(tmp_path / "nlopt")
-    environment = build_environment(tmp_path / "backend")
-    made = []
-    for name in ("one", "two"):
-        settings = {
-            "build-dir": str(tmp_path / f"build_{name}"),
-            "cmake.define.LM_BUNDLE_NLOPT": "ON",
-            "cmake.define.FETCHCONTENT_SOURCE_DIR_NLOPT": str(source),
-        }
-        made.append(build("wheel", tmp_path / name, environment, **settings))
-    assert made[0].read_bytes() == made[1].read_bytes()
-    with zipfile.ZipFile(made[0]) as archive:
-        inside = {name: archive.read(name) for name in archive.namelist()}
-    search = inside["lostmotion/_search.abi3.so"]
-    assert b"SLSQP" in search
-    for foreign in (b"luksan", b"libnlopt.so", str(tmp_path).encode()):
-        assert foreign not in search, foreign
-    about = f"lostmotion-{__version__}.dist-info"
-    notices = inside[f"{about}/licenses/LICENSES/NLopt.txt"].decode()
-    for holder in ("Massachusetts Institute of Technology", "Dieter Kraft", "M. J. D. Powell"):
-        assert holder in notices, holder
-    listed = components(inside[f"{about}/sboms/lostmotion.cdx.json"])
-    assert set(listed) == {*needed(), "nlopt"}
-    assert listed["nlopt"]["version"] == source.name.removeprefix("nlopt-")
-    record = inside[f"{about}/RECORD"].decode()
-    assert all(name in record for name in inside)
 
 
 @pytest.mark.parametrize("which", ["oldest", "newest"])

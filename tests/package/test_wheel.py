@@ -1,4 +1,5 @@
-"""The Python packages: an sdist that contains the library, a wheel for every Python from 3.10."""
+"""The Python packages: an sdist that contains the library, a wheel for every Python from 3.10, of
+reproducible bytes and only of code under the stated licences."""
 
 from __future__ import annotations
 
@@ -22,7 +23,7 @@ import warnings
 import zipfile
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import pytest
 
@@ -100,35 +101,111 @@ def other_pythons() -> list[Path]:
     return [found[version] for version in sorted(found, reverse=True)]
 
 
-def test_the_sdist_holds_the_library_and_its_wheel_runs_on_another_python(tmp_path: Path) -> None:
-    # --- an sdist, made in the checkout and unpacked outside of any checkout
-    environment = build_environment(tmp_path / "backend")
-    run(
+BUILD = """
+import json, sys
+import build_backend
+kind, folder, settings = sys.argv[1], sys.argv[2], json.loads(sys.argv[3])
+print(getattr(build_backend, f"build_{kind}")(folder, settings))
+"""
+
+
+def build(
+    kind: str,
+    folder: Path,
+    environment: dict[str, str],
+    sources: Path = PACKAGE,
+    **settings: str,
+) -> Path:
+    """Build an sdist or a wheel; its file."""
+    folder.mkdir(exist_ok=True)
+    said = run(
         sys.executable,
         "-c",
-        "import build_backend, sys; build_backend.build_sdist(sys.argv[1])",
-        tmp_path,
-        cwd=PACKAGE,
+        BUILD,
+        kind,
+        folder,
+        json.dumps(settings),
+        cwd=sources,
         env=environment,
     )
-    sdist = tmp_path / f"lostmotion-{__version__}.tar.gz"
+    return folder / said.strip().splitlines()[-1]
+
+
+def nlopt_source(folder: Path) -> Path | None:
+    """Get NLopt's source out of Debian's package, if a mirror is reached."""
+    script = ROOT / "optimizer" / "nlopt_from_debian.sh"
+    done = subprocess.run(["sh", script, folder], capture_output=True, text=True, check=False)
+    if done.returncode != 0 or not done.stdout.strip():
+        return None
+    return Path(done.stdout.strip())
+
+
+def components(sbom: bytes) -> dict[str, dict[str, Any]]:
+    """Components of a CycloneDX document by name."""
+    document = json.loads(sbom)
+    assert document["bomFormat"] == "CycloneDX"
+    assert document["metadata"]["component"]["version"] == __version__
+    listed = {one["name"]: one for one in document["components"]}
+    references = [one["bom-ref"] for one in document["components"]]
+    assert document["dependencies"] == [
+        {"ref": f"pkg:pypi/lostmotion@{__version__}", "dependsOn": references}
+    ]
+    return listed
+
+
+def needed() -> set[str]:
+    """Names of the packages that the package needs."""
+    text = (PACKAGE / "pyproject.toml").read_text()
+    found = re.search(r"^dependencies = \[(.*?)^\]", text, re.DOTALL | re.MULTILINE)
+    assert found is not None
+    return set(re.findall(r'^  "([\w.-]+)', found[1], re.MULTILINE))
+
+
+class Built(NamedTuple):
+    """What one sdist gives."""
+
+    folder: Path
+    names: set[str]
+    wheel: Path
+    nlopt: Path | None
+    """Source of the NLopt in the wheel."""
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory: pytest.TempPathFactory) -> Built:
+    """An sdist, made in the checkout and unpacked elsewhere, and the wheel of a release from it."""
+    folder = tmp_path_factory.mktemp("built")
+    environment = build_environment(folder / "backend")
+    sdist = build("sdist", folder, environment)
+    assert sdist.name == f"lostmotion-{__version__}.tar.gz"
     with tarfile.open(sdist) as archive:
         names = {name.partition("/")[2] for name in archive.getnames()}
-        archive.extractall(tmp_path / "unpacked", **SAFELY)
-    assert {"PKG-INFO", "LICENSE", "pyproject.toml", "build_backend.py"} <= names
-    assert "checkout/lib/include/lostmotion/drive.h" in names
-    assert "checkout/tests/data/drives/reference_a.toml" in names
-    assert not [name for name in names if name.endswith((".so", ".pyc", ".o"))]
-
-    # --- a wheel from it, with nothing but a C compiler and CMake
-    unpacked = tmp_path / "unpacked" / f"lostmotion-{__version__}"
+        archive.extractall(folder / "unpacked", **SAFELY)
+    unpacked = folder / "unpacked" / f"lostmotion-{__version__}"
     assert "../.." not in (unpacked / "pyproject.toml").read_text()
-    dist = tmp_path / "dist"
-    pip("wheel", "--no-deps", "--no-build-isolation", "-w", dist, unpacked, env=environment)
-    (wheel,) = dist.glob("*.whl")
-    with zipfile.ZipFile(wheel) as archive:
+    nlopt = nlopt_source(folder / "nlopt")
+    wheel = build("wheel", folder / "dist", environment, unpacked, **bundled(nlopt))
+    return Built(folder, names, wheel, nlopt)
+
+
+def bundled(nlopt: Path | None) -> dict[str, str]:
+    """Give the settings that put this NLopt into a wheel."""
+    if nlopt is None:
+        return {}
+    return {
+        "cmake.define.LM_BUNDLE_NLOPT": "ON",
+        "cmake.define.FETCHCONTENT_SOURCE_DIR_NLOPT": str(nlopt),
+    }
+
+
+def test_the_sdist_holds_the_library_and_the_wheel_the_package(built: Built) -> None:
+    assert {"PKG-INFO", "LICENSE", "pyproject.toml", "build_backend.py"} <= built.names
+    assert "checkout/lib/include/lostmotion/drive.h" in built.names
+    assert "checkout/tests/data/drives/reference_a.toml" in built.names
+    assert not [name for name in built.names if name.endswith((".so", ".pyc", ".o"))]
+    with zipfile.ZipFile(built.wheel) as archive:
         inside = archive.namelist()
-        check_what_the_name_says(wheel, archive)
+        check_what_the_name_says(built.wheel, archive)
         metadata = archive.read(f"lostmotion-{__version__}.dist-info/METADATA").decode()
     assert {name.partition("/")[0] for name in inside} == {
         "lostmotion",
@@ -148,8 +225,10 @@ def test_the_sdist_holds_the_library_and_its_wheel_runs_on_another_python(tmp_pa
     assert "License-Expression: MIT" in metadata
     assert "Requires-Python: >=3.10" in metadata
 
-    # --- for any Linux: NLopt goes into the wheel, and auditors look at it
-    wheel = repair(wheel, tmp_path / "repaired")
+
+def test_the_wheel_runs_on_another_python(built: Built, tmp_path: Path) -> None:
+    # --- for any Linux: a system's NLopt goes into the wheel, and auditors look at it
+    wheel = repair(built.wheel, tmp_path / "repaired")
 
     # --- into an empty environment of another Python, or of this one where there is no other
     pythons = other_pythons()
@@ -176,6 +255,41 @@ def test_the_sdist_holds_the_library_and_its_wheel_runs_on_another_python(tmp_pa
     assert "Replayed on this machine" in (tmp_path / "demo" / "report.html").read_text("utf-8")
     with workbench(venv / "bin" / "lostmotion", bare, tmp_path) as page:
         assert "lostmotion workbench" in page
+
+
+def test_a_release_wheel_carries_nlopt_without_its_part_under_the_lgpl(built: Built) -> None:
+    if built.nlopt is None:
+        pytest.skip("no source of NLopt: it comes from Debian's mirror through apt-get")
+    with zipfile.ZipFile(built.wheel) as archive:
+        inside = {name: archive.read(name) for name in archive.namelist()}
+    search = inside["lostmotion/_search.abi3.so"]
+    assert b"SLSQP" in search
+    for foreign in (b"luksan", b"libnlopt.so", str(built.folder).encode()):
+        assert foreign not in search, foreign
+    about = f"lostmotion-{__version__}.dist-info"
+    notices = inside[f"{about}/licenses/LICENSES/NLopt.txt"].decode()
+    for holder in ("Massachusetts Institute of Technology", "Dieter Kraft", "M. J. D. Powell"):
+        assert holder in notices, holder
+    listed = components(inside[f"{about}/sboms/lostmotion.cdx.json"])
+    assert set(listed) == {*needed(), "nlopt"}
+    assert listed["nlopt"]["version"] == built.nlopt.name.removeprefix("nlopt-")
+    record = inside[f"{about}/RECORD"].decode()
+    assert all(name in record for name in inside)
+
+
+def test_the_checkout_gives_the_bytes_of_the_sdist_and_names_a_systems_nlopt(
+    built: Built, tmp_path: Path
+) -> None:
+    environment = build_environment(tmp_path / "backend")
+    place = {"build-dir": str(tmp_path / "build")}
+    again = build("wheel", tmp_path / "again", environment, **place, **bundled(built.nlopt))
+    assert again.name == built.wheel.name
+    assert again.read_bytes() == built.wheel.read_bytes()
+    if built.nlopt is not None:  # the same objects, linked with the NLopt of this machine
+        off = {**dict.fromkeys(bundled(built.nlopt), ""), "cmake.define.LM_BUNDLE_NLOPT": "OFF"}
+        of_system = build("wheel", tmp_path / "system", environment, **place, **off)
+        with zipfile.ZipFile(of_system) as archive:
+            check_what_the_name_says(of_system, archive)
 
 
 def check_what_the_name_says(wheel: Path, archive: zipfile.ZipFile) -> None:
