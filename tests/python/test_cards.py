@@ -19,6 +19,7 @@ from lostmotion.candidates.own_forms import own_forms
 from lostmotion.candidates.tangents import given_values, grid, resolved
 from lostmotion.core import FILLED_IN, NEEDS, core
 from lostmotion.discover import Effect, Value, effect, include_folder, library, load
+from lostmotion.effects.condition_cards import CARDS
 from lostmotion.effects.conditions import MEASURED, Conditions
 from lostmotion.effects.formula import formula, write_c
 from lostmotion.errors import InputError
@@ -90,6 +91,7 @@ def test_conditions_are_the_fields_that_the_library_has() -> None:
     assert [name for name, _ in core(64).ffi.typeof("lm_conditions").fields] == [*NEEDS, *FILLED_IN]
     columns = [name for name, _ in core(64).ffi.typeof("lm_recording").fields]
     assert columns == ["count", *NEEDS, *FILLED_IN]
+    assert CARDS.keys() == set(NEEDS)
 
 
 @pytest.mark.skipif(not (LIB / "runtime").exists(), reason="the C sources are not beside the tests")

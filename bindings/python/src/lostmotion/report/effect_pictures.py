@@ -12,8 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from lostmotion.core import NEEDS
+from lostmotion.effects.condition_cards import CARDS, LOAD_NM
 from lostmotion.effects.conditions import NEUTRAL
 from lostmotion.effects.effect import Effect
+from lostmotion.report.maps import name_of
 from lostmotion.report.svg import Array, Drawing, signs
 from lostmotion.results.colours import INK, SOFT
 from lostmotion.units import ARCSEC, plain_number
@@ -27,10 +29,6 @@ MARGIN, LINE_PX, TEXT_PX = 3.0, 13.0, 10.0
 SAMPLES = 241
 """Number of samples of a curve."""
 
-LOAD_NM = 40.0
-"""Largest torque, N m: the rated torque of the drive of size 20 for which the typical values of the
-cards are stated."""
-
 STIFFNESS_NM_PER_RAD = 25_000.0
 """Stiffness of that drive in its middle range."""
 
@@ -40,49 +38,12 @@ BEYOND_LIMIT = 1.1
 LOOP_S = 20.0
 """Duration of the loop, s."""
 
-TURNING = (
-    "input_angle_rad",
-    "output_angle_rad",
-    "input_velocity_rad_s",
-    "output_acceleration_rad_s2",
-)
-"""Conditions that are the axis even if the effect needs the torque too."""
-
-PI = float(np.pi)
-
 COLOURS = ("#0077bb", "#cc3311")
 """Of the curves at the lower and upper end; distinct for all types of colour vision."""
 
 
-@dataclass(frozen=True)
-class Span:
-    """Range of a condition in a picture, in its unit, and the two values of separate curves."""
-
-    name: str
-    low: float
-    high: float
-    reach: str
-    ends: tuple[float, float]
-    at: str
-
-
-SPANS = {
-    name: Span(*span)
-    for name, span in {
-        "torque_Nm": ("torque", -LOAD_NM, LOAD_NM, "", (-LOAD_NM, LOAD_NM), f"±{LOAD_NM:g} N·m"),
-        "input_angle_rad": ("input angle", -PI, PI, "one turn", (0.0, PI / 2), "0 and 90°"),
-        "output_angle_rad": ("output angle", -PI, PI, "one turn", (0.0, PI / 2), "0 and 90°"),
-        "input_velocity_rad_s": ("input speed", -30.0, 30.0, "±30 rad/s", (0.0, 30.0), "0 and 30"),
-        "output_acceleration_rad_s2": (
-            *("acceleration", -20.0, 20.0, "±20 rad/s²", (0.0, 20.0), "0 and 20"),
-        ),
-        "temperature_C": ("temperature", 0.0, 60.0, "0 to 60 °C", (0.0, 60.0), "0 and 60 °C"),
-        "cycles": ("cycles", 0.0, 1e6, "0 to 10⁶", (0.0, 1e6), "0 and 10⁶"),
-        "tilt_moment_Nm": ("tilt moment", -50.0, 50.0, "±50 N·m", (0.0, 50.0), "0 and 50 N·m"),
-        "axial_force_N": ("axial force", -500.0, 500.0, "±500 N", (-500.0, 500.0), "±500 N"),
-    }.items()
-}
-"""Ranges of a joint of size 20."""
+SPANS = {name: span for name in NEEDS if (span := CARDS[name].span) is not None}
+"""Ranges of the conditions that are drawn."""
 
 
 @dataclass(frozen=True)
@@ -115,7 +76,7 @@ def contribution_of(effect: Effect) -> Contribution:
         [LOAD_NM]
         + [BEYOND_LIMIT * v.typical for v in effect.values if v.role == "fixed" and "_Nm" in v.name]
     )
-    axis = next((name for name in others if name in TURNING), "")
+    axis = next((name for name in others if CARDS[name].turning), "")
     axis = axis or (others[0] if others and "torque_Nm" not in needed else "torque_Nm")
     between = next((name for name in needed if name != axis), "")
     loop = axis == "torque_Nm"
@@ -147,10 +108,9 @@ def loop_of(load_Nm: float) -> Array:
 def describe_picture(effect: Effect) -> str:
     """Describe the picture of an effect in words."""
     data = contribution_of(effect)
-    text = f"contribution over {SPANS[data.axis].name}"
+    text = f"contribution over {name_of(data.axis)[0]}"
     if data.between:
-        at = SPANS[data.between]
-        text += f", at {at.name} {at.at}"
+        text += f", at {name_of(data.between)[0]} {SPANS[data.between].at}"
     return text
 
 
@@ -180,9 +140,8 @@ def draw_effect(effect: Effect) -> str:
     unit = {"angle": "″", "torque": " N·m", "width": " × width"}[effect.kind]
     largest = plain_number(max((abs(low), low), (abs(high), high))[1], 2)
     drawing.text(MARGIN, LINE_PX - 3, signs(largest + unit), size=TEXT_PX, fill=INK)
-    span = SPANS[data.axis]
-    reach = span.reach or f"±{right:.3g} N·m"
-    drawing.text(MARGIN, HEIGHT - 3, f"{span.name}, {reach}", size=TEXT_PX, fill=INK)
+    reach = SPANS[data.axis].reach or f"±{right:.3g} N·m"
+    drawing.text(MARGIN, HEIGHT - 3, f"{name_of(data.axis)[0]}, {reach}", size=TEXT_PX, fill=INK)
     if data.between:
         at = f"at {SPANS[data.between].at}"
         drawing.text(WIDTH - MARGIN, LINE_PX - 3, at, size=TEXT_PX, fill=INK, anchor="end")

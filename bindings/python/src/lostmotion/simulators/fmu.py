@@ -18,7 +18,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from lostmotion.core import core
+from lostmotion.core import NEEDS, core
+from lostmotion.effects.condition_cards import CARDS
 from lostmotion.errors import InputError
 from lostmotion.export import Controller, build, describe_export, known_effects
 from lostmotion.files import write_whole
@@ -30,7 +31,7 @@ from lostmotion.simulators.compiler import (
     shared_suffix,
 )
 from lostmotion.simulators.description import Description, Version
-from lostmotion.simulators.variables import KINDS, Access, Kind, Variable, list_variables
+from lostmotion.simulators.variables import KINDS, OUTPUTS, Access, Kind, Variable, list_variables
 
 ACCESS: dict[Access, int] = {
     "none": 0,
@@ -226,12 +227,16 @@ def data_header(controller: Controller, kind: Kind, variables: Sequence[Variable
     """C header with the data of one drive for `c/fmu.h`, without the token."""
     known = known_effects(core(64), controller.own)
     effects = [(name, int(known[name].value_count)) for name, _ in controller.effects]
-    parameters = variables[20:]
+    parameters = variables[len(NEEDS) + OUTPUTS :]
     access = [
         ACCESS[v.access] + (0 if v.access == "none" else 2 if v.whole else 1) for v in variables
     ]
     numbers = ",\n    ".join(float(variable.start).hex() for variable in parameters)
     own = "".join(f"extern const lm_effect lm_effect_{name};\n" for name in controller.own)
+    spans = [CARDS[name].span for name in NEEDS]
+    usual = ", ".join("1" if span is None else float(span.high).hex() for span in spans)
+    if kind != "compensator":  # which has no derivatives
+        own += f"\nstatic const double fmu_unit[] = {{{usual}}};\n"
     pointers = ", ".join(f"&lm_effect_{name}" for name, _ in effects) or "0"
     return f"""#define FMU_KIND {list(KIND_MACROS).index(kind) + 1} /* {KIND_MACROS[kind]} */
 #define FMU_KNOTS {controller.torque_Nm.size}

@@ -1,7 +1,7 @@
 """Variables of an FMU: inputs, outputs and tunable parameters, with units and ranges.
 
-The order is that of ``c/fmu.h``: ten inputs, ten outputs, then the parameters as `fmu_build` reads
-them.
+The order is that of ``c/fmu.h``: an input for each condition, the outputs, then the parameters as
+`fmu_build` reads them.
 """
 
 from __future__ import annotations
@@ -10,8 +10,11 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, fields
 from typing import Literal
 
-from lostmotion.core import REFERENCE_TEMPERATURE_C, core, value_ranges
+from lostmotion.core import NEEDS, core, value_ranges
+from lostmotion.effects.condition_cards import CARDS
+from lostmotion.effects.conditions import MEASURED, NEUTRAL
 from lostmotion.export import Controller, Envelope, Limits, Validity, Watch, known_effects
+from lostmotion.recordings import QUANTITIES
 
 Kind = Literal["torque", "angles", "compensator"]
 
@@ -49,6 +52,7 @@ SUFFIXES = {
     "Hz": "Hz",
     "per_s": "1/s",
     "Nm": "N.m",
+    "N": "N",
     "C": "degC",
 }
 """Unit by the suffix of a field's name."""
@@ -83,6 +87,9 @@ class Variable:
     whole: bool = False
 
 
+OUTPUTS = 10
+"""Outputs of any kind of FMU."""
+
 UNUSED = Variable("", "none")
 
 TIME = Variable("time", "independent", 0.0, "s", "simulation time")
@@ -106,59 +113,27 @@ def list_variables(controller: Controller, kind: Kind, ratio: float) -> list[Var
     ratio : float
         Of the drive; 1 for a compensator, which needs none.
     """
-    found = [*_inputs(controller, kind), *_outputs(kind)]
-    if len(found) != 20:
-        raise AssertionError("c/fmu.h has ten inputs and ten outputs")
-    return [*found, *_parameters(controller, kind, ratio)]
+    inputs = [_input(controller, kind, name) for name in NEEDS]
+    return [*inputs, *_outputs(kind), *_parameters(controller, kind, ratio)]
 
 
-def _fitted(ends: tuple[float, float]) -> str:
-    """Describe the fitted range, if one is stated."""
-    low, high = ends
-    return f"; fitted from {low:g} to {high:g}, clipped to that range" if low or high else ""
-
-
-def _inputs(controller: Controller, kind: Kind) -> list[Variable]:
-    limit = controller.torque_limit_Nm
-    torque = Variable(
-        "torque",
-        "input",
-        0.0,
-        "N.m",
-        "external torque on the output shaft, positive in the direction of a positive output angle",
-        -limit,
-        limit,
-    )
-    output = Variable(
-        "output_angle", "input", 0.0, "rad", "angle of the output shaft; whole turns do not matter"
-    )
-    mode = Variable("mode", "input", 0, "", "0: run, 1: hold, 2: reset", 0, 2, whole=True)
-    return [
-        UNUSED if kind == "angles" else torque,
-        Variable("input_angle", "input", 0.0, "rad", "angle of the wave generator"),
-        UNUSED if kind == "torque" else output,
-        Variable(
-            "input_velocity",
-            "input",
-            0.0,
-            "rad/s",
-            "velocity of the wave generator" + _fitted(controller.valid.input_velocity_rad_s),
-        ),
-        Variable("output_acceleration", "input", 0.0, "rad/s2", "of the output shaft"),
-        Variable(
-            "temperature",
-            "input",
-            REFERENCE_TEMPERATURE_C,
-            "degC",
-            "of the drive" + _fitted(controller.valid.temperature_C),
-        ),
-        Variable(
-            "cycles", "input", 0.0, "", "load cycles so far" + _fitted(controller.valid.cycles), 0.0
-        ),
-        Variable("tilt_moment", "input", 0.0, "N.m", "on the output bearing"),
-        Variable("axial_force", "input", 0.0, "N", "on the output bearing"),
-        mode if kind == "compensator" else UNUSED,
-    ]
+def _input(controller: Controller, kind: Kind, condition: str) -> Variable:
+    """Input for a condition; the place of the elapsed time, which FMI passes, is that of a mode."""
+    if condition == "elapsed_s":
+        mode = Variable("mode", "input", 0, "", "0: run, 1: hold, 2: reset", 0, 2, whole=True)
+        return mode if kind == "compensator" else UNUSED
+    if condition == {"torque": "output_angle_rad", "angles": "torque_Nm"}.get(kind):
+        return UNUSED
+    name, unit = split_field(condition)
+    meaning, start = CARDS[condition].meaning, NEUTRAL.get(condition, 0.0)
+    if condition == "torque_Nm":
+        limit = controller.torque_limit_Nm
+        return Variable(name, "input", start, unit, meaning, -limit, limit)
+    low, high = getattr(controller.valid, condition, (0.0, 0.0))
+    if low or high:
+        meaning += f"; fitted from {low:g} to {high:g}, clipped to that range"
+    positive = condition in MEASURED and QUANTITIES[MEASURED[condition]].low == 0.0
+    return Variable(name, "input", start, unit, meaning, 0.0 if positive else None)
 
 
 def _outputs(kind: Kind) -> list[Variable]:

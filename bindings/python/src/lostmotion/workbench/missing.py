@@ -13,6 +13,7 @@ from urllib.parse import quote
 from nicegui import ui
 
 from lostmotion import rules
+from lostmotion.effects.condition_cards import cause_of
 from lostmotion.effects.effect import Effect
 from lostmotion.report.discovery import detectable_rows, verdict_sentence
 from lostmotion.report.effect_pictures import HEIGHT, WIDTH
@@ -25,25 +26,7 @@ from lostmotion.workbench.bench import Bench
 from lostmotion.workbench.panel import Panel, action, choice, field
 from lostmotion.workbench.work import Work
 
-CAUSES = {
-    "temperature_C": "Temperature",
-    "cycles": "Wear",
-    "tilt_moment_Nm": "Moments and forces on the output",
-    "axial_force_N": "Moments and forces on the output",
-    "elapsed_s": "Time",
-    "input_velocity_rad_s": "Speed and acceleration",
-    "output_acceleration_rad_s2": "Speed and acceleration",
-    "input_angle_rad": "Angles of wave generator and output",
-    "output_angle_rad": "Angles of wave generator and output",
-}
-"""Cause of an effect by the quantity that it needs besides the torque, in this order."""
-
-LOAD_ALONE, NOT_TESTABLE = "Load", "Not testable with these recordings"
-
-
-def cause_of(effect: Effect) -> str:
-    """Name the group of an effect."""
-    return next((cause for name, cause in CAUSES.items() if name in effect.needs), LOAD_ALONE)
+NOT_TESTABLE = "Not testable with these recordings"
 
 
 def capitalized(sentence: str) -> str:
@@ -98,7 +81,7 @@ class EffectsPanel(Panel):
         self.groups: list[tuple[ui.element, list[tuple[str, ui.element]]]] = []
         causes: dict[str, list[dict[str, Any]]] = {}
         for entry in self.entries():
-            cause = cause_of(self.bench.effects[entry["name"]])
+            cause = cause_of(self.bench.effects[entry["name"]].needs)
             causes.setdefault(cause if entry["testable"] else NOT_TESTABLE, []).append(entry)
         refused = causes.pop(NOT_TESTABLE, [])
         for cause, entries in (*causes.items(), *([(NOT_TESTABLE, refused)] if refused else [])):

@@ -4,20 +4,14 @@
  */
 #include "fmu.h"
 
+#define FMU_CONDITION(field, ...) at.field = fmu_real(value[IN_##field]);
+
 static int fmu_step(fmu_instance *instance, double step_s) {
   fmu_state *state = &instance->state;
   double *value = state->value;
   lm_conditions at = LM_CONDITIONS_UNKNOWN;
   lm_correction now;
-  at.torque_Nm = fmu_real(value[IN_TORQUE]);
-  at.input_angle_rad = fmu_real(value[IN_INPUT_ANGLE]);
-  at.output_angle_rad = fmu_real(value[IN_OUTPUT_ANGLE]);
-  at.input_velocity_rad_s = fmu_real(value[IN_INPUT_VELOCITY]);
-  at.output_acceleration_rad_s2 = fmu_real(value[IN_OUTPUT_ACCELERATION]);
-  at.temperature_C = fmu_real(value[IN_TEMPERATURE]);
-  at.cycles = fmu_real(value[IN_CYCLES]);
-  at.tilt_moment_Nm = fmu_real(value[IN_TILT_MOMENT]);
-  at.axial_force_N = fmu_real(value[IN_AXIAL_FORCE]);
+  LM_CONDITION_LIST(FMU_CONDITION, FMU_CONDITION, FMU_CONDITION, FMU_CONDITION)
   at.elapsed_s = fmu_real(step_s);
   lm_set_mode(&state->compensator, value[IN_MODE] == 0   ? LM_MODE_RUN
                                    : value[IN_MODE] == 1 ? LM_MODE_HOLD
@@ -35,7 +29,7 @@ static int fmu_start(fmu_instance *instance) {
   fmu_state *state = &instance->state;
   lm_fault fault;
   if (lm_start_compensator(&state->compensator, &instance->parameters[instance->used],
-                           fmu_real(state->value[IN_TORQUE]), &fault) != LM_OK) {
+                           fmu_real(state->value[IN_torque_Nm]), &fault) != LM_OK) {
     return fmu_refuse(instance, "parameters", &fault);
   }
   /* A history without influence counts as known, for example of friction that is zero without load.

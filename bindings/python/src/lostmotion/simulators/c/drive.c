@@ -35,18 +35,14 @@ static double fmu_wrap(double angle_rad) {
   return angle_rad - turn_rad * (double)(int64_t)(angle_rad / turn_rad);
 }
 
+#define FMU_CONDITION(field, ...) at->field = input[IN_##field];
+
 static void fmu_conditions(const double *input, double elapsed_s, lm_conditions *at) {
   const lm_conditions unknown = LM_CONDITIONS_UNKNOWN;
   *at = unknown;
-  at->torque_Nm = input[IN_TORQUE];
-  at->input_angle_rad = fmu_wrap(input[IN_INPUT_ANGLE]);
-  at->output_angle_rad = fmu_wrap(input[IN_OUTPUT_ANGLE]);
-  at->input_velocity_rad_s = input[IN_INPUT_VELOCITY];
-  at->output_acceleration_rad_s2 = input[IN_OUTPUT_ACCELERATION];
-  at->temperature_C = input[IN_TEMPERATURE];
-  at->cycles = input[IN_CYCLES];
-  at->tilt_moment_Nm = input[IN_TILT_MOMENT];
-  at->axial_force_N = input[IN_AXIAL_FORCE];
+  LM_CONDITION_LIST(FMU_CONDITION, FMU_CONDITION, FMU_CONDITION, FMU_CONDITION)
+  at->input_angle_rad = fmu_wrap(at->input_angle_rad);
+  at->output_angle_rad = fmu_wrap(at->output_angle_rad);
   at->elapsed_s = elapsed_s;
 }
 
@@ -69,14 +65,14 @@ static double fmu_lost_motion(const lm_parameters *parameters, double ratio, con
   fmu_conditions(input, elapsed_s, &at);
   at.torque_Nm = torque_Nm;
 #if FMU_KIND == FMU_TORQUE_IN
-  at.output_angle_rad = fmu_wrap(input[IN_INPUT_ANGLE] / ratio);
+  at.output_angle_rad = fmu_wrap(input[IN_input_angle_rad] / ratio);
 #endif
   lost_rad = lm_evaluate_model(parameters, before, after, &at);
 #if FMU_KIND == FMU_TORQUE_IN
   if (fmu_needs(parameters) & LM_NEEDS_OUTPUT_ANGLE) {
     for (pass = 0; pass < FMU_PASSES; ++pass) {
       double earlier_rad = lost_rad;
-      at.output_angle_rad = fmu_wrap(input[IN_INPUT_ANGLE] / ratio + lost_rad);
+      at.output_angle_rad = fmu_wrap(input[IN_input_angle_rad] / ratio + lost_rad);
       lost_rad = lm_evaluate_model(parameters, before, after, &at);
       if (lost_rad == earlier_rad) {
         break;
@@ -116,8 +112,6 @@ static double fmu_stiffness(double compliance_rad_per_Nm) {
 
 /* Change of the lost motion at constant torque, with the other inputs in a direction. */
 static double fmu_drift(const fmu_instance *instance, const double *direction) {
-  /* Unit of a step for each input: a radian, a kelvin, 1e6 cycles. */
-  static const double unit[FMU_INPUTS] = {1, 1, 1, 100, 100, 10, 1e6, 10, 100, 1};
   const lm_parameters *parameters = fmu_parameters(instance);
   const fmu_state *state = &instance->state;
   double ratio = state->applied[AT_RATIO];
@@ -128,8 +122,8 @@ static double fmu_drift(const fmu_instance *instance, const double *direction) {
   lm_memory trial;
   double here_rad;
   int32_t i;
-  for (i = 1; i < IN_MODE; ++i) {
-    double size = (direction[i] < 0 ? -direction[i] : direction[i]) / unit[i];
+  for (i = 1; i < FMU_INPUTS; ++i) {
+    double size = (direction[i] < 0 ? -direction[i] : direction[i]) / fmu_unit[i];
     largest = size > largest ? size : largest;
   }
   if (!(largest > 0)) {
@@ -137,7 +131,7 @@ static double fmu_drift(const fmu_instance *instance, const double *direction) {
   }
   step = FMU_DIFFERENCE / largest;
   for (i = 0; i < FMU_INPUTS; ++i) {
-    moved[i] = state->value[i] + (i > 0 && i < IN_MODE ? step * direction[i] : 0);
+    moved[i] = state->value[i] + (i > 0 ? step * direction[i] : 0);
   }
   here_rad = fmu_lost_motion(parameters, ratio, state->value, torque_Nm, state->elapsed_s,
                              &state->memory, &trial);
@@ -154,13 +148,13 @@ static int fmu_derive(const fmu_instance *instance, const double *seed, double *
   double lost_rad;
 #if FMU_KIND == FMU_TORQUE_IN
   lost_rad = drift_rad;
-  if (seed[IN_TORQUE] != 0) {
-    lost_rad += seed[IN_TORQUE] * fmu_compliance(instance, seed[IN_TORQUE] > 0 ? 1 : -1);
+  if (seed[IN_torque_Nm] != 0) {
+    lost_rad += seed[IN_torque_Nm] * fmu_compliance(instance, seed[IN_torque_Nm] > 0 ? 1 : -1);
   }
-  derivative[OUT_OUTPUT_ANGLE] = seed[IN_INPUT_ANGLE] / ratio + lost_rad;
+  derivative[OUT_OUTPUT_ANGLE] = seed[IN_input_angle_rad] / ratio + lost_rad;
 #else
   double wound_rad;
-  lost_rad = seed[IN_OUTPUT_ANGLE] - seed[IN_INPUT_ANGLE] / ratio;
+  lost_rad = seed[IN_output_angle_rad] - seed[IN_input_angle_rad] / ratio;
   wound_rad = lost_rad - drift_rad;
   derivative[OUT_TORQUE] = 0;
   if (wound_rad != 0) {
@@ -179,13 +173,17 @@ static uint32_t fmu_outside(double value, const lm_real *range, uint32_t needed)
   return needed && stated && !(value >= range[0] && value <= range[1]) ? LM_STATE_EXTRAPOLATED : 0u;
 }
 
+#define FMU_ANY(field, ...)
+#define FMU_FITTED(field, need, usual, uses) \
+  status |= fmu_outside(input[IN_##field], parameters->valid.field, needs & LM_NEEDS_##need);
+
 /* Status bits (lostmotion/state.h) of the inputs as the model uses them. */
 static uint32_t fmu_judge(const lm_parameters *parameters, const double *input, double torque_Nm) {
   uint32_t needs = fmu_needs(parameters);
   uint32_t status = 0;
   double size_Nm = torque_Nm < 0 ? -torque_Nm : torque_Nm;
   int32_t i;
-  for (i = 0; i < IN_MODE; ++i) {
+  for (i = 0; i < FMU_INPUTS; ++i) {
     if ((needs >> i & 1u) && input[i] - input[i] != 0) {
       status |= LM_STATE_INPUT_REFUSED;
     }
@@ -194,11 +192,7 @@ static uint32_t fmu_judge(const lm_parameters *parameters, const double *input, 
   status |= parameters->valid.torque_Nm > 0 && size_Nm > parameters->valid.torque_Nm
                 ? LM_STATE_EXTRAPOLATED
                 : 0u;
-  status |= fmu_outside(input[IN_TEMPERATURE], parameters->valid.temperature_C,
-                        needs & LM_NEEDS_TEMPERATURE);
-  status |= fmu_outside(input[IN_CYCLES], parameters->valid.cycles, needs & LM_NEEDS_CYCLES);
-  status |= fmu_outside(input[IN_INPUT_VELOCITY], parameters->valid.input_velocity_rad_s,
-                        needs & LM_NEEDS_INPUT_VELOCITY);
+  LM_CONDITION_LIST(FMU_ANY, FMU_ANY, FMU_FITTED, FMU_FITTED)
   return status;
 }
 
@@ -210,11 +204,11 @@ static int fmu_step(fmu_instance *instance, double step_s) {
   double ratio = state->applied[AT_RATIO];
   double before_Nm = state->memory.plays.torque_Nm;
   double before_rad = value[OUT_LOST_MOTION];
-  double torque_Nm = value[IN_TORQUE];
+  double torque_Nm = value[IN_torque_Nm];
   uint32_t beyond = 0;
   lm_memory after;
 #if FMU_KIND == FMU_ANGLES_IN
-  double angle_rad = value[IN_OUTPUT_ANGLE] - value[IN_INPUT_ANGLE] / ratio;
+  double angle_rad = value[IN_output_angle_rad] - value[IN_input_angle_rad] / ratio;
   lm_conditions at;
   lm_real found_Nm = 0;
   lm_fault fault;
@@ -237,7 +231,7 @@ static int fmu_step(fmu_instance *instance, double step_s) {
       fmu_lost_motion(parameters, ratio, value, torque_Nm, step_s, &state->memory, &after);
   state->memory = after;
 #if FMU_KIND == FMU_TORQUE_IN
-  value[OUT_OUTPUT_ANGLE] = value[IN_INPUT_ANGLE] / ratio + value[OUT_LOST_MOTION];
+  value[OUT_OUTPUT_ANGLE] = value[IN_input_angle_rad] / ratio + value[OUT_LOST_MOTION];
 #else
   value[OUT_TORQUE] = torque_Nm;
 #endif

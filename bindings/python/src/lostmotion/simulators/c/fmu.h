@@ -10,8 +10,9 @@
  *     FMU_PARAMETERS            numbers in fmu_parameter_start, in the order of fmu_place
  *     fmu_effect, fmu_value_count   effects at work
  *     fmu_access                what may be done with each variable
+ *     fmu_unit                  usual size of each input
  *
- * A value reference is an index of fmu_state.value: ten inputs, ten outputs, the parameters.
+ * A value reference is an index of fmu_state.value: inputs, outputs, parameters.
  *
  * No globals that are written; an instance is one block of memory. Instances may run in different
  * threads at once.
@@ -27,20 +28,11 @@
 #define FMU_ANGLES_IN 2   /* both angles in, torque out */
 #define FMU_COMPENSATOR 3 /* the controller's compensator */
 
-/* Inputs. The first nine are in the order of the LM_NEEDS_ bits. */
-enum {
-  IN_TORQUE,
-  IN_INPUT_ANGLE,
-  IN_OUTPUT_ANGLE,
-  IN_INPUT_VELOCITY,
-  IN_OUTPUT_ACCELERATION,
-  IN_TEMPERATURE,
-  IN_CYCLES,
-  IN_TILT_MOMENT,
-  IN_AXIAL_FORCE,
-  IN_MODE,
-  FMU_INPUTS
-};
+/* Inputs, one for each condition, in the order of the LM_NEEDS_ bits. FMI passes the elapsed time
+ * with each step: its place is that of the mode. */
+#define FMU_INPUT(field, ...) IN_##field,
+enum { LM_CONDITION_LIST(FMU_INPUT, FMU_INPUT, FMU_INPUT, FMU_INPUT) FMU_INPUTS };
+#define IN_MODE IN_elapsed_s
 
 enum {
   OUT_LOST_MOTION = FMU_INPUTS,
@@ -239,10 +231,13 @@ static int fmu_tune(fmu_instance *instance) {
   return 1;
 }
 
+#define FMU_AT_ZERO(field, ...)
+#define FMU_AT_USUAL(field, need, usual, uses) state->value[IN_##field] = (double)(usual);
+
 static void fmu_reset(fmu_instance *instance) {
   fmu_state *state = &instance->state;
   memset(state, 0, sizeof *state);
-  state->value[IN_TEMPERATURE] = (double)LM_REFERENCE_TEMPERATURE_C;
+  LM_CONDITION_LIST(FMU_AT_ZERO, FMU_AT_ZERO, FMU_AT_USUAL, FMU_AT_USUAL)
   memcpy(&state->value[FMU_FIRST_PARAMETER], fmu_parameter_start, sizeof state->applied);
   memcpy(state->applied, fmu_parameter_start, sizeof state->applied);
 }
