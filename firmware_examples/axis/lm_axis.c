@@ -1,5 +1,11 @@
 #include "lm_axis.h"
 
+#include <string.h>
+
+/* Share of the filter in a tick: response * period / 4, with response 2.5 times the resonance:
+ * 2 pi times a tenth of the resonance, times the period. */
+#define FILTER 0.25f
+
 float lm_axis_reported(const lm_axis *a, float motor_rad) {
   return motor_rad - a->correction.correction_rad + a->zero_rad;
 }
@@ -8,38 +14,167 @@ static int is_finite(float value) {
   return value - value == 0;
 }
 
+static float size(float value) {
+  return value < 0 ? -value : value;
+}
+
+/* Not: NaN, or too coarse. */
+static int is_angle(float angle_rad) {
+  return size(angle_rad) <= LM_AXIS_ANGLE_MAX_RAD;
+}
+
 static void forget_standstill(lm_axis *a) {
   a->standstill.ticks = 0;
   a->stood_s = 0;
 }
 
 static void take_parameters(lm_axis *a, const lm_parameters *parameters) {
+  a->period_s = parameters->limits.period_s;
   a->stand_s = LM_AXIS_STAND / parameters->limits.response_per_s;
+  a->share = FILTER * parameters->limits.response_per_s * a->period_s;
   a->rang = 0;
 }
 
-lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_saved *kept,
-                           const lm_conditions *at, float motor_rad, lm_fault *fault) {
-  const lm_status status = lm_start_compensator(&a->compensator, parameters, at->torque_Nm, fault);
-  if (status == LM_OK && kept) {
+static lm_status refuse(lm_fault *fault, lm_status status, const char *input, float found) {
+  if (fault) {
+    fault->status = status;
+    fault->input = input;
+    fault->found = found;
+    fault->low = -LM_AXIS_ANGLE_MAX_RAD;
+    fault->high = LM_AXIS_ANGLE_MAX_RAD;
+  }
+  return status;
+}
+
+lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_axis_kept *kept,
+                           const lm_conditions *at, float motor_rad, float zero_rad,
+                           lm_fault *fault) {
+  lm_conditions first = *at;
+  lm_status status;
+  memset(a, 0, sizeof *a);
+  if (!is_angle(motor_rad) || !is_angle(zero_rad)) {
+    return is_angle(zero_rad) ? refuse(fault, LM_OUT_OF_RANGE, "motor_rad", motor_rad)
+                              : refuse(fault, LM_OUT_OF_RANGE, "zero_rad", zero_rad);
+  }
+  status = lm_start_compensator(&a->compensator, parameters, at->torque_Nm, fault);
+  if (status != LM_OK) {
+    return status;
+  }
+  if (kept) {
     /* A history that was never saved, or belongs to other parameters, is refused: the memory
      * remains unknown. */
-    (void)lm_restore_compensator(&a->compensator, kept, 0);
-    kept->format = 0;
+    if (lm_restore_compensator(&a->compensator, &kept->history, 0) == LM_OK &&
+        is_finite(kept->beyond_Nm)) {
+      a->beyond_Nm = kept->beyond_Nm;
+    }
+    kept->history.format = 0;
   }
-  a->correction = lm_settle_compensator(&a->compensator, at);
-  a->state = LM_AXIS_OFF;
-  if (status == LM_OK) {
-    a->state = LM_AXIS_OPEN;
-    take_parameters(a, parameters);
-  }
-  forget_standstill(a);
-  a->stood_at_rad = motor_rad;
+  first.torque_Nm += a->beyond_Nm;
+  a->torque_Nm = is_finite(first.torque_Nm) ? first.torque_Nm : 0;
+  a->correction = lm_settle_compensator(&a->compensator, &first);
+  take_parameters(a, parameters);
+  a->state = LM_AXIS_OPEN;
+  a->waits = LM_AXIS_WAITS_STAND;
   a->mode = LM_MODE_RUN;
-  a->zero_rad = 0;
+  a->zero_rad = zero_rad;
+  a->stood_at_rad = motor_rad;
   a->setpoint_rad = motor_rad;
   a->command_rad = lm_axis_reported(a, motor_rad);
-  return status;
+  return LM_OK;
+}
+
+/* The torque of the command. A jump with the zero is no change of the load: a filtered difference
+ * compensates it, and without a measurement it is left out until the motor does not move with it. */
+static float follow_zero(lm_axis *a, float commanded_Nm) {
+  if (a->zero_shifted && a->source == LM_AXIS_COMMAND) {
+    a->jump_Nm = a->torque_Nm - a->beyond_Nm - commanded_Nm;
+  } else if (a->zero_shifted) {
+    a->beyond_Nm = a->torque_Nm - commanded_Nm;
+  }
+  a->zero_shifted = 0;
+  if (a->state != LM_AXIS_CLOSED && a->jump_Nm != 0) {
+    a->jump_Nm = 0;
+    forget_standstill(a);
+  }
+  return commanded_Nm + a->jump_Nm;
+}
+
+/* A measured source moves the torque: it begins only while the motor does not follow, and from the
+ * torque in use. */
+static void change_source(lm_axis *a, lm_axis_source source, float commanded_Nm) {
+  if (source == a->source || (source != LM_AXIS_COMMAND && a->state == LM_AXIS_CLOSED)) {
+    a->source_waits = source != a->source;
+    return;
+  }
+  a->source = source;
+  a->source_waits = 0;
+  a->beyond_Nm = a->torque_Nm - commanded_Nm;
+  a->believed_Nm = a->torque_Nm;
+  forget_standstill(a);
+}
+
+static float use(lm_axis *a, float torque_Nm) {
+  a->torque_Nm = torque_Nm;
+  return torque_Nm;
+}
+
+float lm_axis_use_command(lm_axis *a, float commanded_Nm) {
+  if (!is_finite(commanded_Nm)) {
+    return commanded_Nm;
+  }
+  commanded_Nm = follow_zero(a, commanded_Nm);
+  change_source(a, LM_AXIS_COMMAND, commanded_Nm);
+  return use(a, commanded_Nm + a->beyond_Nm);
+}
+
+float lm_axis_use_sensor(lm_axis *a, float commanded_Nm, float sensed_Nm) {
+  const int finite = is_finite(sensed_Nm);
+  if (!is_finite(commanded_Nm)) {
+    return commanded_Nm;
+  }
+  commanded_Nm = follow_zero(a, commanded_Nm);
+  a->lost_s = finite ? 0 : a->lost_s + a->period_s;
+  if (a->lost_s >= a->stand_s) {
+    change_source(a, LM_AXIS_COMMAND, commanded_Nm);
+  } else if (finite) {
+    change_source(a, LM_AXIS_SENSOR, commanded_Nm);
+  }
+  a->source_waits = a->source != LM_AXIS_SENSOR;
+  a->input_missing = a->input_missing || !finite;
+  if (finite && a->source == LM_AXIS_SENSOR) {
+    a->beyond_Nm += a->share * (sensed_Nm - commanded_Nm - a->beyond_Nm);
+  }
+  return use(a, commanded_Nm + a->beyond_Nm);
+}
+
+float lm_axis_use_current(lm_axis *a, const lm_motor *motor, float commanded_Nm, float current_A,
+                          float motor_rad_s, float acceleration_rad_s2, int released) {
+  const float motor_rad_s2 =
+      motor->ratio * (acceleration_rad_s2 + a->correction.acceleration_rad_s2);
+  const float sensed_Nm = lm_estimate_torque(motor, current_A, motor_rad_s, motor_rad_s2);
+  const int bears = released && a->state >= LM_AXIS_PAUSED;
+  if (!is_finite(commanded_Nm)) {
+    return commanded_Nm;
+  }
+  commanded_Nm = follow_zero(a, commanded_Nm);
+  a->released_s = bears ? a->released_s + a->period_s : 0;
+  if (a->released_s < LM_AXIS_RELEASE_S) {
+    change_source(a, LM_AXIS_COMMAND, commanded_Nm);
+  } else if (a->source != LM_AXIS_CURRENT) {
+    change_source(a, LM_AXIS_CURRENT, commanded_Nm);
+    a->bound_Nm = lm_bound_torque(motor, 0);
+  }
+  a->source_waits = a->source != LM_AXIS_CURRENT;
+  if (a->source_waits) {
+    return use(a, commanded_Nm + a->beyond_Nm);
+  }
+  if (is_finite(sensed_Nm)) {
+    a->beyond_Nm += a->share * (sensed_Nm - commanded_Nm - a->beyond_Nm);
+  } else {
+    a->input_missing = 1;
+  }
+  a->bound_Nm += a->share * (lm_bound_torque(motor, motor_rad_s) - a->bound_Nm);
+  return use(a, lm_hold_torque(&a->believed_Nm, commanded_Nm + a->beyond_Nm, a->bound_Nm));
 }
 
 /* With the motor at rest the correction moves nothing. What looks like ringing then is the load
@@ -57,73 +192,125 @@ static void judge_ringing(lm_axis *a) {
 
 /* The target is not that of the actual load, or the open motor moves. */
 #define NOT_TO_CLOSE (LM_STATE_CONDITION_MISSING | LM_STATE_INPUT_REFUSED)
-static void judge_standstill(lm_axis *a, float motor_rad) {
-  const float moved_rad = motor_rad - a->stood_at_rad;
-  const int moves = a->state == LM_AXIS_OPEN &&
-                    !(moved_rad < LM_AXIS_STILL_RAD && moved_rad > -LM_AXIS_STILL_RAD);
+static lm_axis_wait judge_standstill(lm_axis *a, float motor_rad) {
+  const int missing = a->input_missing || (a->correction.status & NOT_TO_CLOSE);
+  const int moves =
+      a->state == LM_AXIS_OPEN &&
+      (!is_angle(motor_rad) || !(size(motor_rad - a->stood_at_rad) < LM_AXIS_STILL_RAD));
   a->stood_s = lm_find_standstill(&a->compensator, &a->standstill);
-  if (moves || (a->correction.status & NOT_TO_CLOSE)) {
+  a->input_missing = 0;
+  if (moves || missing) {
     a->stood_at_rad = motor_rad;
     forget_standstill(a);
   }
+  return moves                     ? LM_AXIS_WAITS_MOTOR
+         : missing                 ? LM_AXIS_WAITS_CONDITION
+         : a->stood_s < a->stand_s ? LM_AXIS_WAITS_STAND
+                                   : LM_AXIS_READY;
+}
+
+/* The planner may shift some ticks after the zero: of the wish and the shifted wish, the one nearer
+ * to the continued command is meant. */
+static void follow(lm_axis *a, float wish_rad, float moved_rad) {
+  const float before_rad = a->command_rad;
+  if (is_finite(wish_rad)) {
+    const float off_rad = wish_rad - before_rad - moved_rad;
+    if (size(off_rad + a->late_rad) < size(off_rad)) {
+      wish_rad += a->late_rad;
+    } else {
+      a->late_rad = 0;
+    }
+    a->command_rad = wish_rad;
+  }
+  a->moved_rad = a->command_rad - before_rad;
+  a->planner_rests = size(a->moved_rad) <= 0;
 }
 
 float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_rad, float wish_rad) {
+  if (a->state == LM_AXIS_OFF) {
+    a->waits = LM_AXIS_WAITS_START;
+    return a->setpoint_rad;
+  }
   a->correction = lm_step_compensator(&a->compensator, at);
-  judge_standstill(a, motor_rad);
+  a->waits = judge_standstill(a, motor_rad);
   judge_ringing(a);
   if (a->state == LM_AXIS_CLOSED) {
-    if (is_finite(wish_rad)) {
-      a->command_rad = wish_rad;
-    }
+    a->waits = LM_AXIS_READY;
+    follow(a, wish_rad, a->moved_rad);
     a->setpoint_rad = a->command_rad - a->zero_rad + a->correction.correction_rad;
     return a->setpoint_rad;
   }
+  a->moved_rad = 0;
   a->correction.velocity_rad_s = 0; /* the motor does not follow */
   a->correction.acceleration_rad_s2 = 0;
-  if (a->state != LM_AXIS_HELD && is_finite(motor_rad)) {
+  if (a->state == LM_AXIS_OPEN && is_finite(motor_rad)) {
     a->setpoint_rad = motor_rad; /* no position error */
   }
   a->command_rad = lm_axis_reported(a, a->setpoint_rad);
+  if (a->state == LM_AXIS_PAUSED && a->waits == LM_AXIS_READY) {
+    a->waits = a->source_waits                                       ? LM_AXIS_WAITS_SOURCE
+               : size(wish_rad - a->command_rad) < LM_AXIS_STILL_RAD ? LM_AXIS_READY
+                                                                     : LM_AXIS_WAITS_PLANNER;
+    a->state = a->waits == LM_AXIS_READY ? LM_AXIS_CLOSED : LM_AXIS_PAUSED;
+    a->late_rad = 0;
+    a->planner_rests = 0;
+  }
   return a->setpoint_rad;
 }
 
-static int stands(const lm_axis *a, lm_axis_state state) {
-  return a->state == state && a->stood_s >= a->stand_s;
+lm_axis_wait lm_axis_close(lm_axis *a) {
+  if (a->state != LM_AXIS_OPEN) {
+    return a->state == LM_AXIS_OFF ? LM_AXIS_WAITS_START : LM_AXIS_READY;
+  }
+  if (a->waits == LM_AXIS_READY && a->stood_s < a->stand_s) {
+    a->waits = LM_AXIS_WAITS_STAND; /* a change since the tick */
+  }
+  if (a->waits == LM_AXIS_READY) {
+    a->state = LM_AXIS_PAUSED;
+    a->released_s = 0;
+  }
+  return a->waits;
 }
 
-int lm_axis_close(lm_axis *a) {
-  if (!stands(a, LM_AXIS_OPEN) && !stands(a, LM_AXIS_HELD)) {
-    return 1;
+lm_axis_wait lm_axis_pause(lm_axis *a) {
+  if (a->state < LM_AXIS_PAUSED) {
+    return a->state == LM_AXIS_OFF ? LM_AXIS_WAITS_START : LM_AXIS_WAITS_LOOP;
   }
-  a->state = LM_AXIS_CLOSED;
-  return 0;
-}
-
-void lm_axis_hold(lm_axis *a) {
-  if (a->state == LM_AXIS_CLOSED) {
-    a->state = LM_AXIS_HELD;
+  if (a->state == LM_AXIS_CLOSED && !a->planner_rests) {
+    return LM_AXIS_WAITS_PLANNER;
   }
+  a->state = LM_AXIS_PAUSED;
+  a->waits = LM_AXIS_WAITS_STAND;
   forget_standstill(a);
+  return LM_AXIS_READY;
 }
 
 void lm_axis_open(lm_axis *a) {
-  if (a->state == LM_AXIS_CLOSED || a->state == LM_AXIS_HELD) {
+  if (a->state >= LM_AXIS_PAUSED) {
     a->state = LM_AXIS_OPEN;
+    a->waits = LM_AXIS_WAITS_STAND;
     a->stood_at_rad = a->setpoint_rad;
     forget_standstill(a);
   }
 }
 
-void lm_axis_set_mode(lm_axis *a, lm_mode mode) {
+lm_axis_wait lm_axis_set_mode(lm_axis *a, lm_mode mode) {
+  if (a->state == LM_AXIS_CLOSED && mode != LM_MODE_HOLD && lm_axis_pause(a)) {
+    return LM_AXIS_WAITS_PLANNER;
+  }
   lm_set_mode(&a->compensator, mode);
   a->mode = mode;
   a->rang = mode == LM_MODE_RESET ? 0 : a->rang;
   forget_standstill(a);
+  return LM_AXIS_READY;
 }
 
 lm_status lm_axis_change(lm_axis *a, const lm_parameters *parameters, lm_fault *fault) {
-  const lm_status status = lm_change_parameters(&a->compensator, parameters, fault);
+  lm_status status;
+  if (a->state == LM_AXIS_CLOSED && lm_axis_pause(a)) {
+    return refuse(fault, LM_INCONSISTENT, "wish_rad", a->moved_rad);
+  }
+  status = lm_change_parameters(&a->compensator, parameters, fault);
   if (status == LM_OK) {
     take_parameters(a, parameters);
   }
@@ -131,29 +318,38 @@ lm_status lm_axis_change(lm_axis *a, const lm_parameters *parameters, lm_fault *
   return status;
 }
 
-void lm_axis_set_zero(lm_axis *a, float zero_rad) {
-  if (is_finite(zero_rad)) {
-    a->command_rad += zero_rad - a->zero_rad;
-    a->zero_rad = zero_rad;
-    forget_standstill(a); /* a torque that is computed from the angle changes */
-  }
-}
-
 float lm_axis_reference(lm_axis *a, float motor_rad, float angle_rad) {
   const float shift_rad = angle_rad - lm_axis_reported(a, motor_rad);
-  const float late_rad = a->correction.correction_rad + a->correction.lost_motion_rad;
-  if (a->state == LM_AXIS_OFF || !is_finite(shift_rad)) {
+  const float follows_rad = a->correction.correction_rad + a->correction.lost_motion_rad;
+  if (a->state == LM_AXIS_OFF || !is_angle(a->zero_rad + shift_rad)) {
     return -1;
   }
-  lm_axis_set_zero(a, a->zero_rad + shift_rad);
-  return (late_rad < 0 ? -late_rad : late_rad) + lm_bound_uncertainty(&a->compensator);
+  a->command_rad += shift_rad;
+  a->zero_rad += shift_rad;
+  a->late_rad += shift_rad;
+  if (a->state != LM_AXIS_CLOSED || size(a->late_rad) < LM_AXIS_STILL_RAD) {
+    a->late_rad = 0;
+  }
+  a->zero_shifted = 1;
+  forget_standstill(a); /* a torque that is computed from the angle changes */
+  return size(follows_rad) + lm_bound_uncertainty(&a->compensator);
 }
 
-int lm_axis_power_down(lm_axis *a, lm_saved *kept) {
-  if (!stands(a, LM_AXIS_OPEN)) {
-    return 1;
+void lm_axis_turn(lm_axis *a, float by_rad) {
+  a->setpoint_rad += by_rad;
+  a->stood_at_rad += by_rad;
+  a->command_rad += by_rad;
+}
+
+lm_axis_wait lm_axis_power_down(lm_axis *a, lm_axis_kept *kept) {
+  if (a->state != LM_AXIS_OPEN) {
+    return a->state == LM_AXIS_OFF ? LM_AXIS_WAITS_START : LM_AXIS_WAITS_LOOP;
   }
-  lm_save_compensator(&a->compensator, kept);
+  if (a->stood_s < a->stand_s) {
+    return a->waits == LM_AXIS_READY ? LM_AXIS_WAITS_STAND : a->waits;
+  }
+  lm_save_compensator(&a->compensator, &kept->history);
+  kept->beyond_Nm = a->beyond_Nm;
   a->state = LM_AXIS_OFF;
-  return 0;
+  return LM_AXIS_READY;
 }

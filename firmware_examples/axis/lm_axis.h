@@ -1,96 +1,170 @@
-/* One axis: the calls of a drive's firmware to the compensator, in the order of the table on the
- * page "Integration". */
+/* One axis: the calls of a drive's firmware to the compensator, for a position loop on the motor's
+ * encoder and a brake on the motor. (A loop on an encoder at the output must not use it: page
+ * "Integration".) The page has the sequence; each function states what it refuses.
+ *
+ * motor_rad is always motor angle / signed ratio, a float within +-LM_AXIS_ANGLE_MAX_RAD: subtract
+ * a fixed origin from the encoder's counts as integers, then convert. NaN: not measured, too old.
+ * The motor's velocity comes from differences of counts, not of motor_rad. */
 #ifndef LM_AXIS_H
 #define LM_AXIS_H
 
 #include "lostmotion/runtime.h"
 
-/* Standstill of the correction before the loop closes or the history is saved, in units of
- * 1 / response_per_s: seven time constants of a torque filter at a tenth of the resonance for which
- * the parameters were exported (1.1 s at 10 Hz, 0.45 s at 25 Hz). A slower filter: more. */
+/* Standstill of the correction before it matters that nothing moves, in units of
+ * 1 / response_per_s: seven time constants of the filter of lm_axis_use_sensor and
+ * lm_axis_use_current (1.1 s if exported for a resonance of 10 Hz, 0.45 s for 25 Hz). A slower
+ * filter of your own: more. */
 #define LM_AXIS_STAND 28.0f
 
-/* Motion of the braked motor in that time, at the output: more than an encoder's noise. */
+/* Motion of the braked motor in that time, at the output: more than an encoder's noise. The planner
+ * has begun at command_rad if it differs by less. */
 #define LM_AXIS_STILL_RAD 1e-4f
+
+/* 5 turns of the output: one step of binary32 is 2e-6 rad (0.4 arcsec) there. */
+#define LM_AXIS_ANGLE_MAX_RAD 32.0f
+
+/* After the release of the brake the motor current is not used for this time. */
+#define LM_AXIS_RELEASE_S 1.0f
 
 typedef enum lm_axis_state {
   LM_AXIS_OFF = 0, /* not started */
-  LM_AXIS_OPEN,    /* position loop open, brake on */
-  LM_AXIS_HELD,    /* position loop closed on a setpoint that stays; the command follows */
-  LM_AXIS_CLOSED   /* the position loop follows the planner and the correction */
+  LM_AXIS_OPEN,    /* position loop open, brake on: the setpoint is the measured angle */
+  LM_AXIS_PAUSED,  /* position loop closed, the setpoint stays; command_rad follows */
+  LM_AXIS_CLOSED   /* position loop closed on planner and correction */
 } lm_axis_state;
+
+/* Why the axis does not continue, and what a call refused. */
+typedef enum lm_axis_wait {
+  LM_AXIS_READY = 0,
+  LM_AXIS_WAITS_START,     /* LM_AXIS_OFF */
+  LM_AXIS_WAITS_LOOP,      /* the loop is open, or, for power-down, closed */
+  LM_AXIS_WAITS_CONDITION, /* a condition or the measured torque is missing or not finite */
+  LM_AXIS_WAITS_MOTOR,     /* the motor moves behind the brake, or its angle is not valid */
+  LM_AXIS_WAITS_STAND,     /* the correction has not stood for LM_AXIS_STAND */
+  LM_AXIS_WAITS_SOURCE,    /* the brake has not been released for LM_AXIS_RELEASE_S, or the
+                              measured torque is not in use */
+  LM_AXIS_WAITS_PLANNER    /* to close: the planner is not at command_rad; to pause: it moves */
+} lm_axis_wait;
+
+typedef enum lm_axis_source { LM_AXIS_COMMAND = 0, LM_AXIS_SENSOR, LM_AXIS_CURRENT } lm_axis_source;
 
 typedef struct lm_axis {
   lm_axis_state state;
+  lm_axis_wait waits; /* LM_AXIS_OPEN: for lm_axis_close; LM_AXIS_PAUSED: for LM_AXIS_CLOSED */
   lm_compensator compensator;
   lm_correction correction; /* of this tick, with the status and the rates for a feed-forward, which
                                are 0 unless LM_AXIS_CLOSED */
+  float setpoint_rad;       /* last one, motor angle / ratio */
+  float command_rad;        /* commanded output angle; the reported one unless LM_AXIS_CLOSED */
+  float moved_rad;          /* change of the command in this tick, for lm_guess_torque */
+  float zero_rad;           /* reported angle at motor_rad 0 and correction 0: store it */
+  float late_rad;           /* shift of the zero that the planner has not made yet */
+  lm_mode mode;
   lm_standstill standstill;
+  float period_s;
   float stand_s; /* LM_AXIS_STAND, in seconds */
   float stood_s;
   float stood_at_rad; /* of the motor, with the loop open */
-  float zero_rad;     /* zero of the output angle, from homing */
-  float setpoint_rad; /* last one, motor angle / ratio */
-  float command_rad;  /* commanded output angle; while the loop is open, the reported one */
-  lm_mode mode;
-  int rang; /* LM_STATE_RINGING was set while the loop was closed */
+  int rang;           /* LM_STATE_RINGING was set while the loop was closed */
+  int planner_rests;
+  int input_missing;
+  lm_axis_source source; /* of the torque */
+  int source_waits;      /* another one was requested in this tick */
+  int zero_shifted;      /* since the last torque */
+  float torque_Nm;       /* in use */
+  float beyond_Nm;       /* what the measurement adds to the torque of the command */
+  float jump_Nm;         /* of the torque of the command at a shift of the zero */
+  float believed_Nm;
+  float bound_Nm;
+  float share; /* of the filter in a tick */
+  float lost_s;
+  float released_s;
 } lm_axis;
 
-/* at: torque on the output, and whatever else the parameters need; motor_rad, here and below: motor
- * angle / signed ratio; kept: the history that lm_axis_power_down saved, or null. It is used up:
- * write *kept back to its memory before the loop closes, so that a later reset does not restore it
- * again. The zero is 0 (lm_axis_set_zero), and the planner starts at command_rad. If the result is
- * not LM_OK, the axis remains off. A measured torque: then lm_declare_torque_error. */
-lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_saved *kept,
-                           const lm_conditions *at, float motor_rad, lm_fault *fault);
+/* What lm_axis_power_down saves, for memory that survives. */
+typedef struct lm_axis_kept {
+  lm_saved history;
+  float beyond_Nm;
+} lm_axis_kept;
 
-/* Call in every tick. wish_rad: the output angle that the planner requests; used only in
- * LM_AXIS_CLOSED, and starting at command_rad. Returns the position setpoint, motor angle / ratio;
- * in LM_AXIS_OPEN this is the measured angle, which holds nothing. An angle that is not finite is
- * replaced by the one before. */
+/* Power-up, the loop open, the brake on. at: the conditions, with the torque of the command:
+ * gravity at motor_rad + zero_rad. zero_rad: the stored zero of an absolute encoder, otherwise 0.
+ * kept: of the last power-down, or null. It is used up: write *kept back to its memory before the
+ * loop closes, so that a later reset does not restore it again. Errors: those of
+ * lm_start_compensator; LM_OUT_OF_RANGE ("motor_rad", "zero_rad": not finite or beyond
+ * LM_AXIS_ANGLE_MAX_RAD). Then the axis is off, and the setpoint is 0. A measured torque: then
+ * lm_declare_torque_error. */
+lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_axis_kept *kept,
+                           const lm_conditions *at, float motor_rad, float zero_rad,
+                           lm_fault *fault);
+
+/* The torque for lm_conditions: one of the three in every tick, before lm_axis_tick, in all states.
+ * commanded_Nm: gravity at command_rad minus inertia times the planner's acceleration of the output
+ * (compensator.h: signs); 0 if unknown. They filter at a tenth of the resonance for which the
+ * parameters were exported. The torque does not jump when its source or the zero changes.
+ *
+ * sensed_Nm, not filtered, between two samples the last one: minus what a sensor between gear and link measures as the torque of the
+ * gear on the link. If it is not finite for the time of LM_AXIS_STAND, the torque of the command
+ * plus the last difference is used until the axis is paused or open: raise an alarm while
+ * source_waits is set. */
+float lm_axis_use_command(lm_axis *a, float commanded_Nm);
+float lm_axis_use_sensor(lm_axis *a, float commanded_Nm, float sensed_Nm);
+
+/* motor_rad_s: velocity of the motor shaft, from counts; acceleration_rad_s2: of the planner, at
+ * the output. released: 1 from the command to release the brake to the command to close it, 0
+ * otherwise, and from a fault or safe torque off on. The current is used once the brake has been
+ * released for LM_AXIS_RELEASE_S in LM_AXIS_PAUSED; until then the torque of the command plus the
+ * last difference. */
+float lm_axis_use_current(lm_axis *a, const lm_motor *motor, float commanded_Nm, float current_A,
+                          float motor_rad_s, float acceleration_rad_s2, int released);
+
+/* Once in every period, in all states; after an overrun not twice. wish_rad: the output angle that
+ * the planner requests. While the state is not LM_AXIS_CLOSED the planner is at rest at
+ * command_rad. Returns the setpoint of the position loop, motor angle / ratio. A wish that is not
+ * finite is replaced by the one before. */
 float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_rad, float wish_rad);
 
-/* After power-up, a brake or lm_axis_hold: LM_AXIS_CLOSED, nothing moves. Call it when the drive is
- * enabled in its position loop, before the brake is released. Returns 0; returns 1 and changes
- * nothing while the correction, and the motor behind the brake, have not stood for LM_AXIS_STAND,
- * or a condition was missing or not finite meanwhile: try again in the next tick. The planner
- * starts at command_rad. Until the position loop bears the load, it yields by its own error: feed
- * the load forward. */
-int lm_axis_close(lm_axis *a);
+/* From LM_AXIS_OPEN to LM_AXIS_PAUSED. Call it in the cycle that enables the drive if this releases
+ * the brake, otherwise before the brake is released. Not LM_AXIS_READY: the loop must not close
+ * yet, try again in the next tick. lm_axis_tick then continues to LM_AXIS_CLOSED by itself; nothing
+ * moves. Until the position loop bears the load, it yields by its own error: feed the load forward.
+ * If the drive is not enabled in the end: lm_axis_open. */
+lm_axis_wait lm_axis_close(lm_axis *a);
 
 /* When the brake bears the load, and at once when the drive leaves its position loop by itself
  * (fault, safe torque off) or for another mode. Not when the brake begins to close: until it bears
- * the load the position loop has to stop and to hold it. Ticks continue, the command follows. */
+ * the load the position loop has to stop and to hold it. */
 void lm_axis_open(lm_axis *a);
 
-/* Holds the motor at its setpoint (LM_AXIS_HELD), for whatever moves the correction although the
- * load does not: a mode, parameters, another source of the torque, an input angle that becomes
- * known. The planner is at rest. Make the change between this call and the next tick, then call
- * lm_axis_close until it returns 0. With the loop open only the standstill begins again. */
-void lm_axis_hold(lm_axis *a);
+/* From LM_AXIS_CLOSED to LM_AXIS_PAUSED, for whatever moves the correction although the load does
+ * not: another source of the torque, an input angle that becomes known, the end of a headroom. Make
+ * the change between this call and the next tick. lm_axis_tick goes back to LM_AXIS_CLOSED by
+ * itself. Refused while the planner moves, and with the loop open. */
+lm_axis_wait lm_axis_pause(lm_axis *a);
 
-/* Another mode, other parameters: the correction moves to its new target. In LM_AXIS_CLOSED the
- * output moves with it, within the limits of the parameters; in the other states it does not move.
- * LM_MODE_RESET, then LM_MODE_RUN, ends the ringing. Results of lm_change_parameters. */
-void lm_axis_set_mode(lm_axis *a, lm_mode mode);
+/* Another mode, other parameters. LM_AXIS_CLOSED is paused first, except for LM_MODE_HOLD, so that
+ * nothing moves: refused while the planner moves (LM_INCONSISTENT, "wish_rad"). Otherwise the
+ * results of lm_change_parameters. LM_MODE_RESET, then LM_MODE_RUN, ends the ringing. */
+lm_axis_wait lm_axis_set_mode(lm_axis *a, lm_mode mode);
 lm_status lm_axis_change(lm_axis *a, const lm_parameters *parameters, lm_fault *fault);
 
-/* States that the output is now at angle_rad, at rest or in motion. Nothing moves if the planner
- * continues from command_rad, which is shifted with the zero, and the shift changes neither a
- * torque that is computed from the angle (gravity, moved_rad of lm_guess_torque) nor a velocity
- * that is the difference of commands. Returns by how much the zero may be wrong, rad, if the torque
- * is right: an error of the torque adds its own wind-up. If that is too much, drive a load cycle
- * and home again. Off, or an angle that is not finite: returns -1 and
- * changes nothing. */
+/* States that the output is now at angle_rad, at rest or in motion. The planner shifts with
+ * command_rad; nothing moves, even if it does so some ticks later (a shift below
+ * LM_AXIS_STILL_RAD: at once). Returns by how much the zero may
+ * be wrong, rad, if the torque is right: an error of the torque adds its own wind-up. If that is
+ * too much, drive a load cycle and home again. If gravity was computed with the zero of before:
+ * then lm_axis_pause, with which the torque of the command takes its new value. Off, or an angle
+ * that is not valid: returns -1 and changes nothing. */
 float lm_axis_reference(lm_axis *a, float motor_rad, float angle_rad);
 
-/* A stored zero_rad of an absolute encoder, in any state after lm_axis_power_up. Nothing moves, as
- * with lm_axis_reference. */
-void lm_axis_set_zero(lm_axis *a, float zero_rad);
+/* For an axis that turns without end: whole turns of the output were added to the origin of
+ * motor_rad, command and planner (by_rad: -2 pi, for example). Call it before the tick with the new
+ * angles. */
+void lm_axis_turn(lm_axis *a, float by_rad);
 
-/* Saves the history. Returns 0; returns 1 and saves nothing while the loop is closed or the
- * correction has not stood for LM_AXIS_STAND. */
-int lm_axis_power_down(lm_axis *a, lm_saved *kept);
+/* Saves the history; the axis is off then, and a new start is a power-up. Not LM_AXIS_READY: the
+ * loop is closed, or correction and motor have not stood: nothing was saved, try again. */
+lm_axis_wait lm_axis_power_down(lm_axis *a, lm_axis_kept *kept);
 
 /* Actual output angle. */
 float lm_axis_reported(const lm_axis *a, float motor_rad);

@@ -11,8 +11,9 @@
 #define STILL_RAD 2e-6f  /* 0.4 arcsec */
 #define ARRIVED_RAD 2e-5f
 
-#define PERIOD_S 5e-4f  /* of the parameters */
-#define STAND_TICKS 501 /* LM_AXIS_STAND */
+#define PERIOD_S 5e-4f     /* of the parameters */
+#define STAND_TICKS 501    /* LM_AXIS_STAND is 448 */
+#define RELEASE_TICKS 2000 /* LM_AXIS_RELEASE_S */
 
 /* A motor current: what it adds to the torque of the command, what friction at rest can hide of
  * that, its filter at a tenth of the resonance, and the response for this resonance. */
@@ -20,7 +21,6 @@
 #define HIDDEN_NM 19.2f
 #define RESONANCE_HZ 20.0f
 #define RESPONSE_PER_S (2.5f * RESONANCE_HZ)
-#define SHARE (0.628f * RESONANCE_HZ * PERIOD_S)
 
 /* The motor follows at once while the loop is closed; the gear winds up. */
 typedef struct joint {
@@ -35,6 +35,11 @@ static float output(const joint *j) {
 
 static float size(float value) {
   return value < 0 ? -value : value;
+}
+
+static float not_a_number(void) {
+  volatile float none = 0;
+  return none / none;
 }
 
 static lm_conditions conditions(float torque_Nm) {
@@ -57,9 +62,23 @@ static void run(joint *j, int ticks, float torque_Nm, float rate_rad) {
   }
 }
 
-/* Closes the loop once the load stands; how far the output moves in the ticks after it. */
-static float close_loop(joint *j) {
+/* Runs until the planner moves the axis; how far the output moves until then and in the ticks after
+ * it, or 1 if it does not come to that. */
+static float join(joint *j) {
   float before_rad = output(j);
+  int ticks = 0;
+  while (j->drive.state != LM_AXIS_CLOSED) {
+    run(j, 1, LOAD_NM, 0);
+    if (++ticks > 3 * STAND_TICKS) {
+      return 1;
+    }
+  }
+  run(j, 200, LOAD_NM, 0);
+  return size(output(j) - before_rad);
+}
+
+/* Closes the loop once the load stands. */
+static float close_loop(joint *j) {
   int ticks = 0;
   while (lm_axis_close(&j->drive)) {
     run(j, 1, LOAD_NM, 0);
@@ -67,52 +86,183 @@ static float close_loop(joint *j) {
       return 1;
     }
   }
-  j->wish_rad = j->drive.command_rad; /* the planner starts at the output angle */
-  run(j, 200, LOAD_NM, 0);
-  return size(output(j) - before_rad);
+  return join(j);
 }
 
-/* The motor is held, the change was made: how far the output moves until the planner has it again,
- * or 1 if the loop closes before the correction stands. */
-static float hand_over(joint *j) {
+/* The axis is paused, the change was made: how far the output moves until the planner has it again,
+ * or 1 if that is before the correction stands. */
+static float resume(joint *j) {
   float before_rad = output(j);
-  run(j, 1, LOAD_NM, 0);
-  if (!lm_axis_close(&j->drive) || j->drive.correction.velocity_rad_s != 0) {
+  run(j, 400, LOAD_NM, 0);
+  if (j->drive.state != LM_AXIS_PAUSED || j->drive.correction.velocity_rad_s != 0) {
     return 1;
   }
-  (void)close_loop(j);
+  (void)join(j);
   return size(output(j) - before_rad);
 }
 
-/* From the torque of the command to a current with an unknown payload, the motor held: friction
- * hides the payload until the filter has nearly settled. How far the motor moves after closing. */
+/* From the torque of the command to a current with an unknown payload, the axis paused: friction
+ * hides the payload until the filter has nearly settled. How far the motor moves after it. */
 static float take_current(joint *j) {
-  static lm_parameters slower;      /* at rest the set before it is in use, and the one after it */
-  const float bound_Nm = HIDDEN_NM; /* through its filter: at rest from the begin */
-  float current_Nm = LOAD_NM;       /* begins at the torque in use, as the torque itself */
-  float torque_Nm = LOAD_NM;
+  static lm_parameters slower; /* in use until the next change has been made */
+  static const lm_motor motor = {1, 1, 1, 0, HIDDEN_NM, 0, 1}; /* HIDDEN_NM at the output */
   float before_rad = 0;
   int closed_ticks = 0;
+  int ticks = 0;
   slower = joint_parameters;
   slower.limits.response_per_s = RESPONSE_PER_S;
-  lm_axis_hold(&j->drive);
   if (lm_axis_change(&j->drive, &slower, 0) != LM_OK) {
     return 1;
   }
-  while (closed_ticks < 4 * STAND_TICKS) {
-    current_Nm += SHARE * (LOAD_NM - PAYLOAD_NM - current_Nm);
-    run(j, 1, lm_hold_torque(&torque_Nm, current_Nm, bound_Nm), 0);
-    if (closed_ticks == 0 && !lm_axis_close(&j->drive)) {
-      j->wish_rad = j->drive.command_rad;
-      before_rad = j->motor_rad;
-      closed_ticks = 1;
+  for (ticks = 0; ticks < RELEASE_TICKS + 4 * STAND_TICKS && closed_ticks < 4 * STAND_TICKS;
+       ++ticks) {
+    const float torque_Nm =
+        lm_axis_use_current(&j->drive, &motor, LOAD_NM, PAYLOAD_NM - LOAD_NM, 0, 0, 1);
+    if ((ticks < RELEASE_TICKS - 10 && j->drive.source != LM_AXIS_COMMAND) ||
+        (ticks > RELEASE_TICKS + 10 && j->drive.source != LM_AXIS_CURRENT)) {
+      return 1;
     }
-    closed_ticks += closed_ticks > 0;
+    run(j, 1, torque_Nm, 0);
+    if (closed_ticks == 0) {
+      before_rad = j->motor_rad;
+    }
+    closed_ticks += j->drive.state == LM_AXIS_CLOSED;
+  }
+  if (closed_ticks == 0) {
+    return 1;
   }
   before_rad = size(j->motor_rad - before_rad);
-  lm_axis_hold(&j->drive);
-  return lm_axis_change(&j->drive, &joint_parameters, 0) == LM_OK && hand_over(j) < 1 ? before_rad
-                                                                                      : 1;
+  /* The brake closes and opens again: the current is not used until the axis is paused. */
+  for (ticks = 0; ticks < 2 * RELEASE_TICKS; ++ticks) {
+    const float torque_Nm =
+        lm_axis_use_current(&j->drive, &motor, LOAD_NM, 0, 0, 0, ticks >= RELEASE_TICKS / 2);
+    if (size(torque_Nm - j->drive.torque_Nm) > 0 || j->drive.source != LM_AXIS_COMMAND) {
+      return 1;
+    }
+  }
+  if (!j->drive.source_waits || lm_axis_change(&j->drive, &joint_parameters, 0) != LM_OK) {
+    return 1;
+  }
+  j->drive.source_waits = 0;
+  return resume(j) < 1 ? before_rad : 1;
+}
+
+/* A sensor that is lost and returns moves nothing: after LM_AXIS_STAND its value of before stays,
+ * until the axis is paused. */
+static int lose_sensor(joint *j) {
+  const float none = not_a_number();
+  float before_rad = 0;
+  float torque_Nm = 0;
+  int k;
+  if (lm_axis_pause(&j->drive)) {
+    return 1;
+  }
+  for (k = 0; k < 8 * STAND_TICKS; ++k) {
+    const int lost = k >= 3 * STAND_TICKS && k < 5 * STAND_TICKS;
+    const float sensed_Nm = lost ? none : LOAD_NM + (k < 4 * STAND_TICKS ? 2.0f : -3.0f);
+    torque_Nm = lm_axis_use_sensor(&j->drive, LOAD_NM, sensed_Nm);
+    run(j, 1, torque_Nm, 0);
+    if (k == 3 * STAND_TICKS) {
+      before_rad = j->motor_rad;
+      if (j->drive.state != LM_AXIS_CLOSED || j->drive.source_waits ||
+          size(torque_Nm - LOAD_NM - 2.0f) > 0.01f) {
+        return 1;
+      }
+    }
+  }
+  if (!j->drive.source_waits || size(j->motor_rad - before_rad) > STILL_RAD) {
+    return 1;
+  }
+  /* Paused, it is used again, and the loop does not close while it is lost. */
+  if (lm_axis_pause(&j->drive)) {
+    return 1;
+  }
+  for (k = 0; k < 2 * STAND_TICKS; ++k) {
+    run(j, 1, lm_axis_use_sensor(&j->drive, LOAD_NM, k % 2 ? LOAD_NM : none), 0);
+  }
+  if (j->drive.state != LM_AXIS_PAUSED || j->drive.waits == LM_AXIS_READY) {
+    return 1;
+  }
+  for (k = 0; k < 3 * STAND_TICKS; ++k) {
+    run(j, 1, lm_axis_use_sensor(&j->drive, LOAD_NM, LOAD_NM), 0);
+  }
+  return j->drive.state != LM_AXIS_CLOSED || size(j->drive.torque_Nm - LOAD_NM) > 0.01f;
+}
+
+/* Gravity jumps with the zero: the torque does not, until the axis is paused. */
+static int shift_gravity(joint *j) {
+  const float before_Nm = lm_axis_use_command(&j->drive, LOAD_NM);
+  float after_Nm;
+  run(j, 1, before_Nm, 0);
+  (void)lm_axis_reference(&j->drive, j->motor_rad, lm_axis_reported(&j->drive, j->motor_rad));
+  after_Nm = lm_axis_use_command(&j->drive, LOAD_NM - 4.0f);
+  if (size(after_Nm - before_Nm) > 1e-5f || lm_axis_pause(&j->drive)) {
+    return 1;
+  }
+  after_Nm = lm_axis_use_command(&j->drive, LOAD_NM - 4.0f);
+  if (size(after_Nm - before_Nm + 4.0f) > 1e-5f) {
+    return 1;
+  }
+  (void)lm_axis_use_command(&j->drive, LOAD_NM);
+  return join(j) > STILL_RAD;
+}
+
+/* The planner does not begin at the command, moves when a change is requested, or shifts three
+ * ticks after the zero: no jump. */
+static int confuse_planner(joint *j) {
+  const lm_conditions at = conditions(LOAD_NM);
+  float before_rad = j->motor_rad;
+  float wish_rad;
+  int k;
+  if (lm_axis_pause(&j->drive)) {
+    return 1;
+  }
+  for (k = 0; k < 2 * STAND_TICKS; ++k) {
+    j->motor_rad = lm_axis_tick(&j->drive, &at, j->motor_rad, 0);
+  }
+  if (size(j->motor_rad - before_rad) > 0 || j->drive.waits != LM_AXIS_WAITS_PLANNER) {
+    return 1;
+  }
+  (void)join(j);
+  run(j, 10, LOAD_NM, FAST_RAD);
+  before_rad = j->motor_rad;
+  wish_rad = j->wish_rad;
+  if (!lm_axis_pause(&j->drive) || !lm_axis_set_mode(&j->drive, LM_MODE_RESET) ||
+      lm_axis_change(&j->drive, &joint_parameters, 0) != LM_INCONSISTENT) {
+    return 1;
+  }
+  (void)lm_axis_reference(&j->drive, j->motor_rad, j->drive.command_rad + 0.7f);
+  for (k = 1; k <= 10; ++k) {
+    wish_rad += FAST_RAD + (k == 4 ? 0.7f : 0);
+    j->motor_rad = lm_axis_tick(&j->drive, &at, j->motor_rad, wish_rad);
+    if (size(j->motor_rad - before_rad - FAST_RAD * (float)k) > ARRIVED_RAD ||
+        size(j->drive.moved_rad - FAST_RAD) > STILL_RAD) {
+      return 1;
+    }
+  }
+  j->wish_rad = wish_rad;
+  run(j, 10, LOAD_NM, 0);
+  (void)lm_axis_reference(&j->drive, j->motor_rad, j->drive.command_rad - 0.7f);
+  j->wish_rad = j->drive.command_rad;
+  run(j, 400, LOAD_NM, -FAST_RAD * 20 / 400);
+  return size(j->drive.late_rad) > 0;
+}
+
+/* An angle that is no number, or too large for a float. */
+static int refuse_angles(void) {
+  static lm_axis axis;
+  const lm_conditions at = conditions(LOAD_NM);
+  const float none = not_a_number();
+  lm_fault fault;
+  if (lm_axis_power_up(&axis, &joint_parameters, 0, &at, none, 0, &fault) != LM_OUT_OF_RANGE ||
+      size(lm_axis_tick(&axis, &at, none, 0)) > 0 ||
+      lm_axis_power_up(&axis, &joint_parameters, 0, &at, 257, 0, &fault) != LM_OUT_OF_RANGE ||
+      fault.input[0] != 'm' ||
+      lm_axis_power_up(&axis, &joint_parameters, 0, &at, 0, none, &fault) != LM_OUT_OF_RANGE ||
+      axis.state != LM_AXIS_OFF || lm_axis_close(&axis) != LM_AXIS_WAITS_START) {
+    return 1;
+  }
+  return 0;
 }
 
 static void turn_load(joint *j, float from_Nm, float to_Nm) {
@@ -125,26 +275,29 @@ static void turn_load(joint *j, float from_Nm, float to_Nm) {
 
 int axis_story(float *most_rad) {
   static joint j;
-  static lm_saved kept;         /* in memory that survives power-down */
+  static lm_axis_kept kept;     /* in memory that survives power-down */
   static lm_parameters smaller; /* another set, with half the correction */
   const lm_conditions at = conditions(LOAD_NM);
   float moved_rad;
   float zero_rad;
   float error_rad;
   int k;
-  kept.format = 0; /* nothing saved yet */
+  kept.history.format = 0; /* nothing saved yet */
   *most_rad = 0;
   j.motor_rad = 0.2f;
   j.twist_rad = 0;
   lm_start_model(&j.gear, LOAD_NM);
   lm_settle_model(&joint_parameters, &j.gear);
+  if (refuse_angles()) {
+    return 17;
+  }
   /* Power-up, the brake on. */
-  if (lm_axis_power_up(&j.drive, &joint_parameters, &kept, &at, j.motor_rad, 0) != LM_OK) {
+  if (lm_axis_power_up(&j.drive, &joint_parameters, &kept, &at, j.motor_rad, 0, 0) != LM_OK) {
     return 1;
   }
   /* The torque is not known yet: the loop stays open. */
   run(&j, STAND_TICKS, LM_UNKNOWN, 0);
-  if (!lm_axis_close(&j.drive)) {
+  if (lm_axis_close(&j.drive) != LM_AXIS_WAITS_CONDITION) {
     return 2;
   }
   moved_rad = close_loop(&j);
@@ -213,18 +366,17 @@ int axis_story(float *most_rad) {
       size(lm_axis_reported(&j.drive, j.motor_rad) - 1.5f) > ARRIVED_RAD) {
     return 8;
   }
-  /* Held: the correction goes to zero and back, and to other parameters and back; nothing moves. */
+  /* At rest: the correction goes to zero and back, and to other parameters and back; nothing moves. */
   zero_rad = output(&j);
   smaller = joint_parameters;
   smaller.limits.correction_rad = 0.5f * size(j.drive.correction.correction_rad);
   for (k = 0; k < 4; ++k) {
-    lm_axis_hold(&j.drive);
     if (k < 2) {
-      lm_axis_set_mode(&j.drive, k == 0 ? LM_MODE_RESET : LM_MODE_RUN);
+      (void)lm_axis_set_mode(&j.drive, k == 0 ? LM_MODE_RESET : LM_MODE_RUN);
     } else if (lm_axis_change(&j.drive, k == 2 ? &smaller : &joint_parameters, 0) != LM_OK) {
       return 12;
     }
-    moved_rad = hand_over(&j);
+    moved_rad = resume(&j);
     *most_rad = moved_rad > *most_rad ? moved_rad : *most_rad;
     if (moved_rad > STILL_RAD || size(output(&j) - zero_rad) > STILL_RAD ||
         (size(j.drive.correction.correction_rad) < STILL_RAD) != (k == 0)) {
@@ -236,28 +388,41 @@ int axis_story(float *most_rad) {
   if (moved_rad > STILL_RAD) {
     return 16;
   }
-  /* Brake, power-down with the history, power-up: nothing moves, and the history is used up. */
+  if (lose_sensor(&j) || shift_gravity(&j)) {
+    return 18;
+  }
+  if (confuse_planner(&j)) {
+    return 19;
+  }
+  /* Brake, power-down with the history and a payload that a sensor measured, power-up without the
+   * sensor: nothing moves, and the history is used up. */
   lm_axis_open(&j.drive);
-  run(&j, STAND_TICKS, LOAD_NM, 0);
+  for (k = 0; k < 4 * STAND_TICKS; ++k) {
+    run(&j, 1, lm_axis_use_sensor(&j.drive, LOAD_NM, LOAD_NM + PUSH_NM), 0);
+  }
   zero_rad = j.drive.zero_rad; /* of an absolute encoder: stored */
-  if (lm_axis_power_down(&j.drive, &kept) || kept.format == 0) {
+  if (lm_axis_power_down(&j.drive, &kept) || kept.history.format == 0) {
     return 9;
   }
-  if (lm_axis_power_up(&j.drive, &joint_parameters, &kept, &at, j.motor_rad, 0) != LM_OK ||
-      (j.drive.correction.status & LM_STATE_MEMORY_UNKNOWN) || kept.format != 0) {
+  error_rad = output(&j);
+  j.wish_rad = j.drive.command_rad;
+  if (lm_axis_power_up(&j.drive, &joint_parameters, &kept, &at, j.motor_rad, zero_rad, 0) !=
+          LM_OK ||
+      (j.drive.correction.status & LM_STATE_MEMORY_UNKNOWN) || kept.history.format != 0) {
     return 10;
   }
-  moved_rad = close_loop(&j);
+  zero_rad = j.wish_rad;
+  for (k = 0; k < STAND_TICKS && lm_axis_close(&j.drive); ++k) {
+    run(&j, 1, lm_axis_use_command(&j.drive, LOAD_NM), 0);
+  }
+  for (k = 0; k < STAND_TICKS; ++k) {
+    run(&j, 1, lm_axis_use_command(&j.drive, LOAD_NM), 0);
+  }
+  moved_rad = size(output(&j) - error_rad);
   *most_rad = moved_rad > *most_rad ? moved_rad : *most_rad;
-  if (moved_rad > STILL_RAD) {
+  if (j.drive.state != LM_AXIS_CLOSED || moved_rad > STILL_RAD ||
+      size(j.drive.torque_Nm - LOAD_NM - PUSH_NM) > 0.01f) {
     return 11;
   }
-  moved_rad = output(&j);
-  lm_axis_set_zero(&j.drive, zero_rad);
-  j.wish_rad = j.drive.command_rad;
-  run(&j, 200, LOAD_NM, 0);
-  return size(output(&j) - moved_rad) > STILL_RAD ||
-                 size(lm_axis_reported(&j.drive, j.motor_rad) - 1.5f) > ARRIVED_RAD
-             ? 14
-             : 0;
+  return size(lm_axis_reported(&j.drive, j.motor_rad) - zero_rad) > STILL_RAD ? 14 : 0;
 }

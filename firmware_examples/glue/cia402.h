@@ -121,7 +121,7 @@ lm_status cia402_start(cia402_axis *axis, const cia402_drive *drive,
 cia402_output cia402_cycle(cia402_axis *axis, const cia402_input *in, const lm_conditions *at,
                            float wish_rad, int32_t enable);
 
-/* Holds the motor at its demand (lm_axis_hold), for whatever moves the correction although the load
+/* Holds the motor at its demand (lm_axis_pause), for whatever moves the correction although the load
  * does not: a mode, parameters, another source of the torque. Target plus offset then stays, and
  * command_rad follows the offset. The planner is at rest. cia402_release returns 1 while the
  * correction has not stood for CIA402_STAND: call it again in the next cycle. After 0 the planner

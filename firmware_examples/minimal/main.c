@@ -12,10 +12,18 @@ static lm_correction tick(float torque_Nm) {
   return lm_step_compensator(&joint, &at);
 }
 
+static lm_correction wait_for_standstill(float torque_Nm) {
+  lm_standstill standstill = {0, 0, 0}; /* begins anew with every wait */
+  lm_correction now;
+  do {
+    now = tick(torque_Nm);
+  } while (lm_find_standstill(&joint, &standstill) < 28 / joint_parameters.limits.response_per_s);
+  return now;
+}
+
 int main(void) {
   const float load_Nm = -12.0f; /* the arm loads the gear: the motor has to turn further */
   lm_conditions at = LM_CONDITIONS_UNKNOWN;
-  lm_standstill standstill = {0, 0, 0};
   lm_correction now;
   float command_rad, zero_rad, zero_error_rad;
   at.torque_Nm = load_Nm;
@@ -40,17 +48,16 @@ int main(void) {
 
   /* Emergency stop: the brake holds the motor, ticks continue, the command follows the output.
    * Close again once the correction has stood for seven time constants of the torque filter. */
-  do {
-    now = tick(load_Nm - 5.0f);
-    command_rad = measured_rad - now.correction_rad;
-  } while (lm_find_standstill(&joint, &standstill) < 28 / joint_parameters.limits.response_per_s);
+  now = wait_for_standstill(load_Nm - 5.0f);
+  command_rad = measured_rad - now.correction_rad;
 
   /* Homing at rest: the reported angle gets a new zero, and nothing moves. With the right torque
    * the zero may be wrong by this; if that is too much, drive a load cycle and home again. */
   zero_rad = 1.0f - (measured_rad - now.correction_rad);
   zero_error_rad = lm_bound_uncertainty(&joint);
 
-  /* Power-down, brake on and the load at rest: save the load history for the next power-up. */
+  /* Power-down, brake on: after the same standstill save the load history for the next power-up. */
+  (void)wait_for_standstill(load_Nm);
   lm_save_compensator(&joint, &kept);
   return zero_rad + command_rad > 0.9999f && zero_error_rad < 1e-4f ? 0 : 2;
 }

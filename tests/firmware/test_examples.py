@@ -47,7 +47,6 @@ COMMISSIONING = [
 MINIMAL = [EXAMPLES / "minimal" / "main.c"]
 FAULT_EXIT_CODE = 99
 
-INTEGRATION = PAGE.parent / "integration.md"
 REFERENCE = PAGE.parent / "integration_reference.md"
 README = ROOT / "README.md"
 MARKERS = r"<!-- minimal example -->\s*```c\n(.*?)```\s*<!-- end of minimal example -->"
@@ -135,7 +134,7 @@ def test_rate_helps_a_loop_on_the_output_as_the_page_states(tmp_path: Path, targ
     sources = [EXAMPLES / "output_loop" / "main.c", EXAMPLES / "joint" / "motion.c", *PLANT]
     code, text = output_of(target, build(need(target), sources, tmp_path / "output_loop"))
     assert code == 0, text
-    page = INTEGRATION.read_text()
+    page = REFERENCE.read_text()
     for line in text.splitlines()[1:]:
         name, *figures = re.split(r" (?=[\d.]+(?: |$))", line)
         assert f"| {name} | {' | '.join(figures)} |" in page

@@ -2,10 +2,11 @@
  *
  *     correction = -lost motion, limited in position, velocity, acceleration and jerk
  *
- * In every tick: fill lm_conditions with the known conditions, call lm_step_compensator, add
- * `correction_rad` to the commanded output angle (or subtract it from the output angle computed
- * from the input encoder, so that command and feedback agree), and feed `velocity_rad_s` forward.
- * Everything else is optional.
+ * In every tick: fill lm_conditions with the known conditions, call lm_step_compensator, and add
+ * `correction_rad` once, to the commanded output angle before the position loop. The output angle
+ * that is reported to everything above the loop is the motor's angle / ratio minus the correction.
+ * The rates are for a feed-forward that comes from the planner; a drive that derives its
+ * feed-forward from the setpoint has them already. Everything else is optional.
  *
  * Guarantees:
  *   - The load memory follows the torque, not the command. Stopping, aborting or replanning a move
@@ -27,20 +28,8 @@
  *     An instance that is null, zeroed or whose start was refused returns a correction of zero
  *     (LM_STATE_NOT_STARTED).
  *
- * Sequence of operation (the page "Integration" has the same table, with the reasons):
- *   power-up      lm_start_compensator; lm_restore_compensator if a history was saved (erase it
- *                 then); lm_settle_compensator with the present conditions while the position loop
- *                 is open: the correction takes its final value and nothing moves
- *   close         once lm_find_standstill returns seven time constants of the torque filter: the
- *                 command starts at the reported output angle, measured minus correction
- *   run           lm_step_compensator in every tick
- *   brake, stop   continue to step with the torque that the gear carries, so that the load memory
- *                 stays valid. Then as `close`
- *   home          in LM_MODE_RUN: set the reported angle again, and shift the command with it. The
- *                 zero may be wrong by lm_bound_uncertainty, by correction_rad + lost_motion_rad,
- *                 and by the angle by which an error of the torque winds the joint up. If that is
- *                 too much, drive a load cycle and home again
- *   power-down    brake; after the same standstill lm_save_compensator. Power failure: do not save
+ * The sequence of operation (power-up, closing, braking, homing, power-down) is on the page
+ * "Integration"; firmware_examples/axis implements it.
  *
  * Requirements on the host:
  *   - One call in every period_s of the parameters.
