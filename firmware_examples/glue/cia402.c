@@ -17,6 +17,10 @@ static int is_finite(float value) {
   return value - value == 0;
 }
 
+static float size(float value) {
+  return value < 0 ? -value : value;
+}
+
 static lm_status refuse(lm_fault *fault, lm_status status, const char *input, float found,
                         float low, float high) {
   if (fault) {
@@ -58,12 +62,11 @@ lm_status cia402_start(cia402_axis *axis, const cia402_drive *drive,
                        const cia402_input *in, lm_fault *fault) {
   lm_status status;
   float period_s = period_of(drive);
-  float size = drive->ratio < 0 ? -drive->ratio : drive->ratio;
   memset(axis, 0, sizeof *axis);
   if (drive->increments_per_rev < 1) {
     return refuse(fault, LM_OUT_OF_RANGE, "increments_per_rev", 0, 1, 4294967295.0f);
   }
-  if (!(size >= 1 && size <= RATIO_MAX)) {
+  if (!(size(drive->ratio) >= 1 && size(drive->ratio) <= RATIO_MAX)) {
     return refuse(fault, LM_OUT_OF_RANGE, "ratio", drive->ratio, 1, RATIO_MAX);
   }
   if (drive->period_exponent < -6 || drive->period_exponent > 0) {
@@ -92,6 +95,11 @@ lm_status cia402_start(cia402_axis *axis, const cia402_drive *drive,
   axis->correction = lm_settle_compensator(&axis->compensator, at);
   axis->sent.position_offset = find_offset(axis);
   axis->command_rad = cia402_reported(axis, in);
+  if (!(size(axis->command_rad) <= CIA402_ANGLE_MAX_RAD)) {
+    memset(&axis->compensator, 0, sizeof axis->compensator);
+    return refuse(fault, LM_OUT_OF_RANGE, "position_actual", axis->command_rad,
+                  -CIA402_ANGLE_MAX_RAD, CIA402_ANGLE_MAX_RAD);
+  }
   return LM_OK;
 }
 
@@ -103,20 +111,29 @@ static int32_t output_increments(const cia402_axis *axis, const cia402_input *in
                                     : in->position_actual;
 }
 
+static float angle_at(const cia402_axis *axis, int32_t increments) {
+  return axis->zero_rad + (float)(increments - axis->drive.origin_inc) / axis->increments_per_rad;
+}
+
 float cia402_reported(const cia402_axis *axis, const cia402_input *in) {
-  return axis->zero_rad + (float)output_increments(axis, in) / axis->increments_per_rad;
+  return angle_at(axis, output_increments(axis, in));
 }
 
 void cia402_set_zero(cia402_axis *axis, float zero_rad) {
   if (is_finite(zero_rad)) {
-    axis->command_rad += zero_rad - axis->zero_rad;
+    const float shift_rad = zero_rad - axis->zero_rad;
+    axis->command_rad += shift_rad;
     axis->zero_rad = zero_rad;
+    axis->late_rad += shift_rad;
+    if (!axis->joined || size(axis->late_rad) < CIA402_STILL_RAD) {
+      axis->late_rad = 0;
+    }
   }
 }
 
 float cia402_reference(cia402_axis *axis, const cia402_input *in, float angle_rad) {
   const float shift_rad = angle_rad - cia402_reported(axis, in);
-  const float late_rad = axis->correction.correction_rad + axis->correction.lost_motion_rad;
+  const float follows_rad = axis->correction.correction_rad + axis->correction.lost_motion_rad;
   if (!is_finite(shift_rad)) {
     return -1;
   }
@@ -124,7 +141,7 @@ float cia402_reference(cia402_axis *axis, const cia402_input *in, float angle_ra
   if (axis->drive.output_loop) {
     return 0;
   }
-  return (late_rad < 0 ? -late_rad : late_rad) + lm_bound_uncertainty(&axis->compensator);
+  return size(follows_rad) + lm_bound_uncertainty(&axis->compensator);
 }
 
 /* With the loop open the correction moves nothing. What looks like ringing then is the load that
@@ -146,7 +163,7 @@ static void expect_motion(cia402_axis *axis) {
   axis->stood_s = 0;
 }
 
-void cia402_hold(cia402_axis *axis) {
+void cia402_pause(cia402_axis *axis) {
   if (axis->drive.output_loop) {
     expect_motion(axis);
   } else if (!axis->held) {
@@ -156,7 +173,7 @@ void cia402_hold(cia402_axis *axis) {
   }
 }
 
-int32_t cia402_release(cia402_axis *axis) {
+int32_t cia402_resume(cia402_axis *axis) {
   if (axis->held && axis->stood_s < axis->stand_s) {
     return 1;
   }
@@ -205,7 +222,7 @@ static void find_stood(cia402_axis *axis, int follows) {
 static void find_rest(cia402_axis *axis, int32_t motor_inc, int enabled) {
   const float moved_rad = (float)(motor_inc - axis->rest_inc) / axis->increments_per_rad;
   axis->rest_s += period_of(&axis->drive);
-  if (enabled || !(moved_rad < CIA402_STILL_RAD && moved_rad > -CIA402_STILL_RAD)) {
+  if (enabled || !(size(moved_rad) < CIA402_STILL_RAD)) {
     axis->rest_inc = motor_inc;
     axis->rest_s = 0;
   }
@@ -246,6 +263,27 @@ static uint16_t controlword(uint16_t statusword, int32_t enable, int at_rest) {
   }
 }
 
+/* The planner has to begin at the command. It may shift some cycles after the zero: of the wish and
+ * the shifted wish, the one nearer to the continued command is meant (lm_axis.c). */
+static void follow(cia402_axis *axis, float wish_rad) {
+  const float before_rad = axis->command_rad;
+  if (!axis->joined && size(wish_rad - before_rad) < CIA402_STILL_RAD) {
+    axis->joined = 1;
+    axis->late_rad = 0;
+    axis->moved_rad = 0;
+  }
+  if (axis->joined && is_finite(wish_rad)) {
+    const float off_rad = wish_rad - before_rad - axis->moved_rad;
+    if (size(off_rad + axis->late_rad) < size(off_rad)) {
+      wish_rad += axis->late_rad;
+    } else {
+      axis->late_rad = 0;
+    }
+    axis->command_rad = wish_rad;
+  }
+  axis->moved_rad = axis->command_rad - before_rad;
+}
+
 cia402_output cia402_cycle(cia402_axis *axis, const cia402_input *in, const lm_conditions *at,
                            float wish_rad, int32_t enable) {
   const int enabled = (in->statusword & CIA402_STATE_MASK) == CIA402_OPERATION_ENABLED;
@@ -263,18 +301,20 @@ cia402_output cia402_cycle(cia402_axis *axis, const cia402_input *in, const lm_c
   axis->sent.velocity_offset = find_rate(axis, enabled);
   if (axis->held) {
     standing = axis->held_inc - axis->sent.position_offset;
-    reported_rad = axis->zero_rad + (float)standing / axis->increments_per_rad;
+    reported_rad = angle_at(axis, standing);
   }
   if (enabled && !enable && !axis->held) {
     return axis->sent; /* the drive brakes from its demand, not from the following error */
   }
   if (enabled && !axis->held) {
-    axis->command_rad = is_finite(wish_rad) ? wish_rad : axis->command_rad;
+    follow(axis, wish_rad);
     axis->sent.target_position =
+        axis->drive.origin_inc +
         to_increments((axis->command_rad - axis->zero_rad) * axis->increments_per_rad);
   } else {
     /* At rest, stopped by the drive, held or moved from outside: the target follows the output, no
      * jump. */
+    axis->joined = 0;
     axis->command_rad = reported_rad;
     axis->sent.target_position = standing;
   }

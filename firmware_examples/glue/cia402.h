@@ -56,7 +56,13 @@ typedef struct cia402_drive {
                                   has subtracted 0x60B0 */
   int32_t output_loop; /* 1: the drive closes its position loop on an encoder at the output. Only
                           the velocity offset is sent, 0x60B0 remains 0 */
+  int32_t origin_inc; /* fixed origin within 5 turns of the output of every position, for an encoder
+                          that counts further: a float would not resolve its increments. Store it
+                          with the zero; otherwise 0 */
 } cia402_drive;
+
+/* 5 turns of the output: one step of binary32 is 2e-6 rad (0.4 arcsec) there. */
+#define CIA402_ANGLE_MAX_RAD 32.0f
 
 /* Process data of one cycle. */
 typedef struct cia402_output {
@@ -76,7 +82,7 @@ typedef struct cia402_axis {
   lm_compensator compensator;
   lm_correction correction;
   float increments_per_rad; /* of the output, signed */
-  float zero_rad;           /* output angle at position_actual zero, from homing */
+  float zero_rad;           /* output angle at the origin, from homing */
   float command_rad;        /* commanded output angle; the reported angle while the loop is open */
   lm_standstill standstill; /* of the correction */
   float stood_s;
@@ -86,7 +92,10 @@ typedef struct cia402_axis {
   int32_t saved;    /* cia402_power_down */
   lm_mode mode;
   int32_t rang;          /* LM_STATE_RINGING was set while the drive was enabled */
-  int32_t held;          /* cia402_hold */
+  int32_t joined;        /* the planner has begun at command_rad */
+  float late_rad;        /* shift of the zero that the planner has not made yet */
+  float moved_rad;       /* change of the command in this cycle */
+  int32_t held;          /* cia402_pause */
   int32_t held_inc;      /* demand of the motor meanwhile: target and offset */
   int32_t moves_alone;   /* the correction moves to a new target, the load does not */
   uint32_t moving_state; /* bits of the last cycle that change the target */
@@ -97,7 +106,8 @@ typedef struct cia402_axis {
  * that the sync period is theirs. kept: the history of the last power-down, or null. It is used up:
  * write *kept back to its memory before the drive is enabled, so that a later reset does not
  * restore it again. LM_OUT_OF_RANGE
- * ("increments_per_rev", "ratio", "period_exponent"), LM_INCONSISTENT ("period_s"), those of
+ * ("increments_per_rev", "ratio", "period_exponent", "position_actual": beyond
+ * CIA402_ANGLE_MAX_RAD from the origin), LM_INCONSISTENT ("period_s"), those of
  * lm_start_compensator. */
 lm_status cia402_start(cia402_axis *axis, const cia402_drive *drive,
                        const lm_parameters *parameters, lm_saved *kept, const lm_conditions *at,
@@ -113,7 +123,8 @@ lm_status cia402_start(cia402_axis *axis, const cia402_drive *drive,
 
 /* One sync period. wish_rad: the desired output angle. Until statusword reports OPERATION_ENABLED
  * it is not used, and the planner starts at command_rad of the cycle before, which follows the
- * output; if it is not finite, it is replaced by the one before. enable 0: the target stays, quick
+ * output; the target stays there until wish_rad differs by less than CIA402_STILL_RAD. A wish_rad
+ * that is not finite is replaced by the one before. enable 0: the target stays, quick
  * stop, then switched off (0x605A = 2; with 5 to 8 once the motor has been at rest for
  * CIA402_STAND; the drive closes the brake); 1: the drive is enabled once correction and motor have
  * stood for CIA402_STAND, an output_loop once the motor has and no condition is missing. Steps the
@@ -123,12 +134,12 @@ cia402_output cia402_cycle(cia402_axis *axis, const cia402_input *in, const lm_c
 
 /* Holds the motor at its demand (lm_axis_pause), for whatever moves the correction although the load
  * does not: a mode, parameters, another source of the torque. Target plus offset then stays, and
- * command_rad follows the offset. The planner is at rest. cia402_release returns 1 while the
+ * command_rad follows the offset. The planner is at rest. cia402_resume returns 1 while the
  * correction has not stood for CIA402_STAND: call it again in the next cycle. After 0 the planner
- * starts at command_rad. With an output_loop the motor is not held: the loop holds the output, and
+ * starts at command_rad, as after enabling. With an output_loop the motor is not held: the loop holds the output, and
  * the velocity offset is 0 until the correction stands again. */
-void cia402_hold(cia402_axis *axis);
-int32_t cia402_release(cia402_axis *axis);
+void cia402_pause(cia402_axis *axis);
+int32_t cia402_resume(cia402_axis *axis);
 
 /* Another mode, other parameters: the correction moves to its new target, and with it the output
  * if the drive is enabled and not held. The velocity offset of an output_loop remains 0 until the
@@ -139,8 +150,8 @@ lm_status cia402_change(cia402_axis *axis, const lm_parameters *parameters, lm_f
 /* Output angle as reported to the planner. */
 float cia402_reported(const cia402_axis *axis, const cia402_input *in);
 
-/* Homing: the output is now at angle_rad. command_rad shifts with the zero: nothing moves if the
- * torque does not depend on the angle (lm_axis_reference). Returns by how much the zero may be
+/* Homing: the output is now at angle_rad. command_rad shifts with the zero, the planner with it or
+ * some cycles later (a shift below CIA402_STILL_RAD: at once): nothing moves if the torque does not depend on the angle (lm_axis_reference). Returns by how much the zero may be
  * wrong, rad, if the torque is right; -1, and changes nothing, if an angle is not finite. */
 float cia402_reference(cia402_axis *axis, const cia402_input *in, float angle_rad);
 

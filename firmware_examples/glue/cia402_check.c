@@ -8,6 +8,7 @@
 #define LOAD_NM (-12.0f)
 #define INCREMENTS 131072u
 #define RATIO (-100.0f)
+#define ORIGIN 1200000000                       /* 90 turns of the output */
 #define RAD (131072.0f * -100.0f / 6.28318531f) /* increments */
 #define STAND_CYCLES 510                        /* CIA402_STAND, and the states of the drive */
 #define SWING_NM 10.0f                          /* of the arm against the brake, at 20 Hz */
@@ -65,7 +66,7 @@ static cia402_input read_drive(const cell *c) {
 static float output_of(cell *c, float torque_Nm) {
   lm_conditions at = LM_CONDITIONS_UNKNOWN;
   at.torque_Nm = torque_Nm;
-  return (float)c->drive.motor / RAD + lm_step_model(&joint_parameters, &c->gear, &at);
+  return (float)(c->drive.motor - ORIGIN) / RAD + lm_step_model(&joint_parameters, &c->gear, &at);
 }
 
 static void cycles(cell *c, int n, float torque_Nm, float *wish_rad, float rate_rad, int enable) {
@@ -97,18 +98,18 @@ static int check_hold(cell *c, float *wish_rad) {
   smaller = joint_parameters;
   smaller.limits.correction_rad *= 0.1f;
   for (k = 0; k < 4; ++k) {
-    cia402_hold(&c->axis);
+    cia402_pause(&c->axis);
     if (k < 2) {
       cia402_set_mode(&c->axis, k == 0 ? LM_MODE_RESET : LM_MODE_RUN);
     } else if (cia402_change(&c->axis, k == 2 ? &smaller : &joint_parameters, 0) != LM_OK) {
       return 14;
     }
     cycles(c, 20, LOAD_NM, wish_rad, 0, 1);
-    if (!cia402_release(&c->axis) || c->axis.sent.velocity_offset != 0) {
+    if (!cia402_resume(&c->axis) || c->axis.sent.velocity_offset != 0) {
       return 15;
     }
     cycles(c, 2 * STAND_CYCLES, LOAD_NM, wish_rad, 0, 1);
-    if (cia402_release(&c->axis)) {
+    if (cia402_resume(&c->axis)) {
       return 16;
     }
     *wish_rad = c->axis.command_rad;
@@ -188,6 +189,42 @@ static int check_not_finite(cell *c, float *wish_rad) {
              : 0;
 }
 
+/* The planner shifts three cycles after the zero, and does not begin at the command: no jump. */
+static int check_planner(cell *c, float *wish_rad) {
+  const float rate_rad = 5e-4f;
+  const float shift_rad = 0.7f;
+  float elsewhere_rad;
+  int32_t motor;
+  int k;
+  cia402_input in;
+  cycles(c, 10, LOAD_NM, wish_rad, rate_rad, 1);
+  in = read_drive(c);
+  (void)cia402_reference(&c->axis, &in, cia402_reported(&c->axis, &in) + shift_rad);
+  c->largest_rad = 0;
+  for (k = 0; k < 10; ++k) {
+    *wish_rad += k == 3 ? shift_rad : 0;
+    cycles(c, 1, LOAD_NM, wish_rad, rate_rad, 1);
+  }
+  if (c->largest_rad > 1.1f * rate_rad || c->axis.late_rad > 0) {
+    return 28;
+  }
+  cycles(c, 50, LOAD_NM, wish_rad, 0, 1);
+  motor = c->drive.motor;
+  cia402_pause(&c->axis);
+  cycles(c, 2 * STAND_CYCLES, LOAD_NM, wish_rad, 0, 1);
+  if (cia402_resume(&c->axis)) {
+    return 29;
+  }
+  elsewhere_rad = *wish_rad + 1;
+  cycles(c, 50, LOAD_NM, &elsewhere_rad, 0, 1);
+  if (c->drive.motor < motor - 1 || c->drive.motor > motor + 1) {
+    return 29;
+  }
+  *wish_rad = c->axis.command_rad;
+  cycles(c, 50, LOAD_NM, wish_rad, 0, 1);
+  return c->axis.joined ? 0 : 29;
+}
+
 static void swing(cell *c, float *wish_rad, int enable) {
   int k;
   for (k = 0; k < 10; ++k) {
@@ -218,8 +255,8 @@ static int check_ringing(cell *c, float *wish_rad) {
 
 /* A loop on the output: enabled with the first torque, only the rate of the correction is sent. */
 static int check_output_loop(cell *c, lm_conditions *at) {
-  static const cia402_drive drive = {INCREMENTS, 1, 50, -5, 1, 1};
-  cia402_input in = {CIA402_SWITCH_ON_DISABLED, 1234567};
+  static const cia402_drive drive = {INCREMENTS, 1, 50, -5, 1, 1, 0};
+  cia402_input in = {CIA402_SWITCH_ON_DISABLED, 123456};
   cia402_output out;
   lm_fault fault;
   int32_t rate = 0;
@@ -245,7 +282,7 @@ static int check_output_loop(cell *c, lm_conditions *at) {
                                                           : CIA402_OPERATION_ENABLED;
     at->torque_Nm = k < 10 ? LOAD_NM : -LOAD_NM;
     rate = out.velocity_offset < rate ? out.velocity_offset : rate;
-    if (out.position_offset != 0 || out.target_position != 1234567) {
+    if (out.position_offset != 0 || out.target_position != 123456) {
       return 11;
     }
   }
@@ -268,11 +305,11 @@ static int check_output_loop(cell *c, lm_conditions *at) {
   for (k = 0; k < 2 * STAND_CYCLES; ++k) {
     (void)cia402_cycle(&c->axis, &in, at, c->axis.command_rad, 1);
   }
-  cia402_hold(&c->axis);
+  cia402_pause(&c->axis);
   at->torque_Nm = LOAD_NM;
   for (k = 0; k < 2 * STAND_CYCLES; ++k) {
     out = cia402_cycle(&c->axis, &in, at, c->axis.command_rad, 1);
-    if (out.velocity_offset != 0 || cia402_release(&c->axis)) {
+    if (out.velocity_offset != 0 || cia402_resume(&c->axis)) {
       return 23;
     }
   }
@@ -281,8 +318,9 @@ static int check_output_loop(cell *c, lm_conditions *at) {
 
 int check_cia402(void) {
   static cell c;
-  static const cia402_drive wrong_period = {INCREMENTS, RATIO, 1, -3, 1, 0};
-  static const cia402_drive drive = {INCREMENTS, RATIO, 50, -5, 1, 0}; /* 50 * 10 us */
+  static const cia402_drive wrong_period = {INCREMENTS, RATIO, 1, -3, 1, 0, 0};
+  static const cia402_drive near = {INCREMENTS, RATIO, 50, -5, 1, 0, 0}; /* 50 * 10 us */
+  static const cia402_drive drive = {INCREMENTS, RATIO, 50, -5, 1, 0, ORIGIN};
   lm_conditions at = LM_CONDITIONS_UNKNOWN;
   lm_fault fault;
   lm_saved kept;
@@ -293,7 +331,7 @@ int check_cia402(void) {
   int k;
   at.torque_Nm = LOAD_NM;
   c.drive.status = CIA402_SWITCH_ON_DISABLED;
-  c.drive.motor = 1234567;
+  c.drive.motor = ORIGIN + 1234567;
   lm_start_model(&c.gear, LOAD_NM);
   lm_settle_model(&joint_parameters, &c.gear);
   in = read_drive(&c);
@@ -302,7 +340,8 @@ int check_cia402(void) {
       fault.input[0] != 'p') {
     return 1;
   }
-  if (cia402_start(&c.axis, &drive, &joint_parameters, 0, &at, &in, &fault) != LM_OK) {
+  if (cia402_start(&c.axis, &near, &joint_parameters, 0, &at, &in, &fault) != LM_OUT_OF_RANGE ||
+      cia402_start(&c.axis, &drive, &joint_parameters, 0, &at, &in, &fault) != LM_OK) {
     return 2;
   }
   /* Enabling moves nothing: the command begins at the reported angle. */
@@ -342,6 +381,7 @@ int check_cia402(void) {
   }
   k = check_hold(&c, &wish_rad);
   k = k ? k : check_not_finite(&c, &wish_rad);
+  k = k ? k : check_planner(&c, &wish_rad);
   k = k ? k : check_ringing(&c, &wish_rad);
   cycles(&c, STAND_CYCLES, LOAD_NM, &wish_rad, 0, 1);
   k = k ? k : check_stop(&c, &wish_rad);

@@ -11,10 +11,16 @@
  * torque from the command and add the filtered difference to the sensor:
  *
  *     beyond += share (sensed - commanded - beyond)       skip samples that are not finite
- *     torque  = commanded + beyond                        commanded: 0 where it is not known
+ *     torque  = commanded + beyond                        commanded: gravity minus inertia times the
+ *                                                         acceleration of the commanded output; 0
+ *                                                         where it is not known
  *     share   = 1 - exp(-2 pi f T)                        f: a tenth of the lowest resonance or
  *                                                         less; T: period. 2 pi f T is close for
  *                                                         a small f T
+ *
+ * beyond starts at the torque in use minus commanded, so that the torque does not jump when its
+ * source changes. firmware_examples/axis does all of this (lm_axis_use_sensor,
+ * lm_axis_use_current).
  *
  * A measured torque (sensor or current) also closes a loop through any body in contact with the
  * output: the correction removes the compliance of the joint, which made the contact soft. With a
@@ -37,7 +43,8 @@
  *   - pass the filtered estimate through lm_hold_torque, so that friction of unknown sign at
  *     standstill causes no motion. Its uncertainty is lm_bound_torque through the same filter: the
  *     bound falls to zero as soon as the motor moves, the filtered estimate is right only later.
- *     This filter starts at the bound at speed 0, that of the estimate at the torque in use;
+ *     This filter starts at the bound at speed 0, beyond as above, *believed_Nm at the torque in
+ *     use;
  *   - do not use the estimate while a brake holds the motor, nor in the first second after: its
  *     current is zero and the gear still bears the load. Take the torque of the command (gravity at
  *     the reported angle) or, if it is not known, keep that from before;
