@@ -55,10 +55,31 @@ def _(folder: Path, sheet: Sheet) -> Path:
     "one run with the torque in mN m",
     expected=REFUSED,
     reason="a thousand times the torque of the other runs, and the same lost motion",
-    says=("torque", "1e+03 times", f"run {ODD}"),
+    says=("torque in mNm", "stiffness", f"run {ODD}"),
 )
 def _(folder: Path, sheet: Sheet) -> Path:
     return save(folder, _other(sheet, "torque_Nm", 1000.0).text())
+
+
+@dress(
+    "one run with the torque in lbf in",
+    expected=REFUSED,
+    reason="no drive is nine times as stiff in one run, and in lbf in it is as the others",
+    says=("torque in lbfin", "stiffness", f"run {ODD}"),
+)
+def _(folder: Path, sheet: Sheet) -> Path:
+    return save(folder, _other(sheet, "torque_Nm", 1 / (0.0254 * 4.4482216152605)).text())
+
+
+@dress(
+    "one run with both angles in degrees",
+    expected=REFUSED,
+    reason="no drive is a sixtieth as stiff in one run, and in degrees it is as the others",
+    says=("angles in deg", "stiffness", f"run {ODD}"),
+)
+def _(folder: Path, sheet: Sheet) -> Path:
+    sheet = _other(sheet, "input_angle_rad", 180 / np.pi)
+    return save(folder, _other(sheet, "output_angle_rad", 180 / np.pi).text())
 
 
 @dress(

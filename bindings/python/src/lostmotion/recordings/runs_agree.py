@@ -1,26 +1,29 @@
 """Runs of one drive agree: no run has another sign or unit than the others, or no sign at all.
 
-A run that was logged with a reversed sign, or in another unit, has a torsion curve that no drive
-with the curve of the other runs can have. It would spoil every fit, so it is refused. Only runs
-that show a torsion curve are compared: the lost motion follows the torque.
+The lost motion of a run is compared with the mean curve of the others. If it is outside of their
+scatter as recorded, and within it if its torque or its angles have another unit or sign, it would
+spoil every fit, and is refused. It must also contradict what a drive can do: no wear, preload or
+temperature changes a compliance by so large a factor, and no drive returns work.
 
 An error that depends on the output angle, such as an eccentricity, may reverse the slope of a
-recording too, but not its hysteresis: friction dissipates work in every drive. So a sign counts as
-reversed, or lost, only if the drive would return work.
+recording too, but not its hysteresis: friction dissipates work in every drive.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
+from lostmotion import units
 from lostmotion.errors import InputError
 from lostmotion.recordings.campaign import Campaign, Run
 from lostmotion.recordings.findings import Finding
+from lostmotion.recordings.gate import ANGLES, SIZE_FACTOR, TORQUES
+from lostmotion.recordings.mean_curve import MeanCurve
 from lostmotion.recordings.wild import PLAUSIBLE
-from lostmotion.units import convert
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -30,34 +33,19 @@ CURVE_SHARE = 0.5
 """Least share of the variance of the lost motion of a run that is linear in the torque: half, as
 for the scale of a drive file (`scale.SCALE_SHARE`)."""
 
-NO_CURVE_SHARE = 0.1
-"""Largest share of the variance that is linear in the torque where one of the two lost its sign:
-then the lost motion is even in the torque. Chosen."""
-
 SAMPLES_LEAST = 30
 """Least number of samples of a run: with fewer, noise may correlate with the torque by chance; with
 30, a share of half has a probability of 1e-5."""
 
-ONE_SIDED = 0.02
-"""Readings beyond zero, relative to the largest, that are the zero of a sensor. Chosen."""
-
-NEAR_ZERO = 0.1
-"""Torques up to this share of the largest give the lost motion at zero. Chosen."""
-
-SWING_SHARE = 0.25
-"""Least swing of the torque of a run relative to the median of the runs: the ripple of a constant
-load may correlate with the lost motion in either sense. Chosen."""
-
-UNIT_FACTOR = 30.0
-"""Ratio of two compliances at the same load that no wear, preload or temperature causes: as for a
-drive file (`gate.UNIT_FACTOR`)."""
-
-LOAD_FACTOR = 60.0
-"""Ratio of two loads that no plan has: the lost motion is measured at 3 or 4 % of the rated torque,
-which is 33 times smaller. Chosen: twice that."""
-
-LOAD_SAME = 3.0
-"""Up to this ratio two loads, or two lost motions, count as equal. Chosen."""
+UNITS = {
+    **{
+        f"torque in {symbol}": (units.unit(symbol).scale, 1.0)
+        for symbol in TORQUES
+        if symbol != "Nmm"
+    },
+    **{f"angles in {symbol}": (1.0, units.unit(symbol).scale) for symbol in ANGLES},
+}
+"""Factors of torque and angles of a run that was logged in another unit."""
 
 
 @dataclass(frozen=True)
@@ -69,17 +57,18 @@ class Loop:
     run : Run
     slope : float
         rad/Nm, by least squares.
-    torque, lost : float
-        Standard deviations, in Nm and rad.
-    width : float
-        Mean width of the hysteresis, rad: dissipated work relative to the path of the torque.
+    work : float
+        Dissipated work, Nm rad.
     """
 
     run: Run
     slope: float
-    torque: float
-    lost: float
-    width: float
+    work: float
+
+    def misfit(self, curve: MeanCurve, torque_by: float = 1.0, angle_by: float = 1.0) -> float:
+        """Rms distance from a curve, apart from a constant, with its columns multiplied, rad."""
+        expected = curve(torque_by * self.run.torque_Nm)
+        return float(np.std(angle_by * self.run.lost_motion_rad - expected))
 
 
 def loops_of(campaign: Campaign) -> list[Loop]:
@@ -91,10 +80,8 @@ def loops_of(campaign: Campaign) -> list[Loop]:
             continue
         torque = torque - torque.mean()
         slope = float(torque @ lost) / float(torque @ torque)
-        width = dissipated_work(torque, lost) / float(np.sum(np.abs(np.diff(torque))))
-        found.append(Loop(run, slope, float(np.std(torque)), float(np.std(lost)), width))
-    swing = float(np.median([loop.torque for loop in found])) if found else 0.0
-    return [loop for loop in found if loop.torque >= SWING_SHARE * swing]
+        found.append(Loop(run, slope, dissipated_work(torque, lost)))
+    return found
 
 
 def check_runs_agree(campaign: Campaign) -> None:
@@ -108,19 +95,30 @@ def check_runs_agree(campaign: Campaign) -> None:
     check_temperatures(campaign)
     note_fahrenheit(campaign)
     check_magnitudes(campaign)
-    if any(finding.kind in ("stuck", "ratio") for finding in campaign.findings):
+    if any(finding.kind == "ratio" for finding in campaign.findings):
         return
     loops = loops_of(campaign)
-    if len(loops) < 2:
-        return
+    check_signs(loops)
+    check_units(loops)
+
+
+def check_signs(loops: list[Loop]) -> None:
+    """Refuse runs in which torque or angles have the other sign."""
     falling = [loop for loop in loops if loop.slope < 0]
     rising = [loop for loop in loops if loop.slope > 0]
     few, many, way = (
         (falling, rising, "falls") if len(falling) <= len(rising) else (rising, falling, "rises")
     )
-    usual = float(np.median([loop.width * np.sign(loop.slope) for loop in many]))
-    reversed_runs = [loop for loop in few if loop.width * np.sign(loop.slope) > usual / LOAD_SAME]
-    if usual > 0 and reversed_runs:
+    if not few:
+        return
+    curve, scatter = curve_of(many)
+    reversed_runs = [
+        loop
+        for loop in few
+        if loop.work * np.sign(loop.slope) > 0
+        and loop.misfit(curve, torque_by=-1.0) <= scatter < loop.misfit(curve)
+    ]
+    if reversed_runs:
         refuse_loops(
             reversed_runs,
             LOST,
@@ -128,52 +126,66 @@ def check_runs_agree(campaign: Campaign) -> None:
             f"unlike in {runs_in_words(many)}",
             "one sign of torque and angles in all runs",
         )
-    if len(loops) == 2:  # two units: neither is that of the others
+
+
+def check_units(loops: list[Loop]) -> None:
+    """Refuse runs with another unit than most others."""
+    sizes = np.log([abs(loop.slope) for loop in loops])
+    apart = np.abs(sizes - np.median(sizes)) > np.log(SIZE_FACTOR) if loops else sizes
+    rest = [loop for loop, far in zip(loops, apart, strict=True) if not far]
+    if len(rest) < 2 or len(rest) == len(loops):
         return
-    torque = float(np.median([loop.torque for loop in loops]))
-    lost = float(np.median([loop.lost for loop in loops]))
-    for column, own, usual, other, other_usual in (
-        ("torque_Nm", "torque", torque, "lost", lost),
-        (LOST, "lost", lost, "torque", torque),
-    ):
-        least = LOAD_FACTOR if own == "torque" else UNIT_FACTOR
-        for sign in (1, -1):
-            odd = [
-                loop
-                for loop in loops
-                if (getattr(loop, own) / usual) ** sign > least
-                and 1 / LOAD_SAME < getattr(loop, other) / other_usual < LOAD_SAME
+    curve, scatter = curve_of(rest)
+    usual = float(np.exp(np.median(sizes[~apart])))
+    swing_Nm = float(np.median([np.std(loop.run.torque_Nm) for loop in rest]))
+    odd: dict[str, list[Loop]] = {}
+    for loop, far in zip(loops, apart, strict=True):
+        if far and loop.misfit(curve) > scatter:
+            fitting = [
+                (abs(math.log(by[0] * float(np.std(loop.run.torque_Nm)) / swing_Nm)), name)
+                for name, by in UNITS.items()
+                if loop.misfit(curve, *by) <= scatter
+                and abs(math.log(abs(loop.slope) * by[1] / by[0] / usual)) <= math.log(SIZE_FACTOR)
             ]
-            if odd:
-                times = getattr(odd[0], own) / usual
-                what = "torque" if own == "torque" else "lost motion"
-                beside = "lost motion" if own == "torque" else "torque"
-                refuse_loops(
-                    odd,
-                    column,
-                    f"a {what} {times:.3g} times that of the other runs, at the same {beside}, in "
-                    f"{runs_in_words(odd)}",
-                    "one unit in all runs",
-                )
+            if fitting:
+                # The likeliest is that in which the run was loaded as much as the others.
+                odd.setdefault(" or ".join(name for _, name in sorted(fitting)), []).append(loop)
+    for fits, of_unit in odd.items():
+        times = usual / abs(of_unit[0].slope)
+        refuse_loops(
+            of_unit,
+            "torque_Nm" if fits.startswith("torque") else LOST,
+            f"a stiffness {times:.3g} times that of the other runs in {runs_in_words(of_unit)}, "
+            f"as with {fits}",
+            "one unit in all runs",
+        )
+
+
+def curve_of(loops: list[Loop]) -> tuple[MeanCurve, float]:
+    """Mean curve of loops, and the largest distance of one of them from it, rad."""
+    curve = MeanCurve(loop.run for loop in loops)
+    return curve, max(loop.misfit(curve) for loop in loops)
 
 
 def check_magnitudes(campaign: Campaign) -> None:
-    """Refuse runs in which the torque or the lost motion has lost its sign."""
+    """Refuse runs in which the torque or the lost motion has lost its sign.
+
+    A magnitude is never negative. A lost motion that was not recorded but follows from two angles
+    is none.
+    """
     for run in campaign.runs:
         torque, lost = run.torque_Nm, run.lost_motion_rad
-        most = float(np.max(np.abs(torque)))
-        if len(run) < SAMPLES_LEAST or not most > 0 or linear_share(torque, lost) > NO_CURVE_SHARE:
+        if len(run) < SAMPLES_LEAST:
             continue
-        one_sided = min(float(torque.max()), -float(torque.min())) <= ONE_SIDED * most
-        zero = lost[np.abs(torque) <= NEAR_ZERO * most]
-        if one_sided and zero.size:
-            returned = returns_work(lost - np.median(zero), torque)
-            lost = np.abs(lost - np.median(zero))
+        one_sided = bool(torque.min() >= 0 or torque.max() <= 0)
+        if one_sided:
+            signed = lost - np.median(lost)
+            even, returned = linear_share(torque, np.abs(signed)), returns_work(signed, torque)
+        elif "input_angle" not in run.columns and (lost.min() >= 0 or lost.max() <= 0):
+            even, returned = linear_share(np.abs(torque), lost), returns_work(torque, lost)
         else:
-            returned = returns_work(torque, lost)
-        if not one_sided and min(float(torque.max()), -float(torque.min())) < 0.5 * most:
             continue
-        if linear_share(np.abs(torque), lost) >= CURVE_SHARE and returned:
+        if even >= CURVE_SHARE and even > linear_share(torque, lost) and returned:
             column, other = ("torque_Nm", "lost motion") if one_sided else (LOST, "torque")
             raise InputError(
                 run.file,
@@ -204,7 +216,7 @@ def returns_work(along: FloatArray, over: FloatArray) -> bool:
     """Whether the loop turns one way where `along` is positive, the other way where negative."""
     along, over = np.append(along, along[0]), np.append(over, over[0])
     halves = [integral_over(side(along, 0.0), over) for side in (np.fmax, np.fmin)]
-    return halves[0] * halves[1] < 0 and min(np.abs(halves)) > max(np.abs(halves)) / LOAD_SAME
+    return halves[0] * halves[1] < 0
 
 
 def linear_share(torque: FloatArray, lost: FloatArray) -> float:
@@ -248,7 +260,7 @@ def note_fahrenheit(campaign: Campaign) -> None:
         others = [other for other in known.values() if other != value]
         if not others or not value - max(others) > max(others) - min(others):
             continue
-        celsius = convert(value, "F", "C")
+        celsius = units.convert(value, "F", "C")
         if min(others) <= celsius <= max(others):
             action = (
                 f"{value:.4g} C, and {min(others):.4g} to {max(others):.4g} C in the other runs: "
