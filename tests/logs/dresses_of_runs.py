@@ -82,6 +82,41 @@ def _(folder: Path, sheet: Sheet) -> Path:
     return save(folder, _other(sheet, "output_angle_rad", 180 / np.pi).text())
 
 
+TURNING = "19"
+"""Run that turns by about one turn of the output."""
+
+
+def _second_joint(sheet: Sheet) -> Sheet:
+    """The turning run of a joint of half the ratio, at another angle."""
+    turning = sheet.taken(np.array(sheet.cells("run")) == TURNING)
+    half = turning.turned_into("input_angle_rad", "input_angle_rad", 0.5)
+    return half.turned_into("output_angle_rad", "output_angle_rad", 1.0, 1.5)
+
+
+@dress(
+    "two joints, each a run",
+    expected=REFUSED,
+    reason="no drive has two ratios",
+    says=("50", "100", "both angles of one drive", "a file for each"),
+)
+def _(folder: Path, sheet: Sheet) -> Path:
+    other = _second_joint(sheet).put("run", ["20"] * sheet.cells("run").count(TURNING))
+    return save(folder, sheet.text() + other.text().partition("\n")[2])
+
+
+@dress(
+    "two joints, row by row, their names in an unused column",
+    expected=REFUSED,
+    reason="the output leaves the input by more than a drive winds up",
+    says=("wind-up", "--map COLUMN=run"),
+)
+def _(folder: Path, sheet: Sheet) -> Path:
+    one = sheet.taken(np.array(sheet.cells("run")) == TURNING)
+    both = zip(one.rows(), _second_joint(sheet).rows(), strict=True)
+    rows = [[name, *row[1:]] for pair in both for name, row in zip("AB", pair, strict=True)]
+    return save(folder, Sheet(("joint", *sheet.names[1:]), tuple(zip(*rows, strict=True))).text())
+
+
 @dress(
     "torque as a magnitude",
     expected=REFUSED,

@@ -37,12 +37,31 @@ def test_labels_that_begin_anew_with_the_clock_are_runs_of_their_own(tmp_path: P
     assert (answer["verdict"], answer["effects"]) == ("missing-effect", [HIDDEN])
 
 
-def test_labels_that_alternate_with_a_clock_that_continues_are_joined(tmp_path: Path) -> None:
+def test_labels_that_begin_anew_while_the_clock_continues_are_runs_of_their_own(
+    tmp_path: Path,
+) -> None:
     sheet = relabelled(clean())
     later = 5000.0 * (np.array(clean().cells("run"), int) >= 14)
     times = [f"{t:.4f}" for t in sheet.values("time_s") + later]
     campaign = read_campaign(saved(tmp_path, sheet.put("time_s", times)), ratio=RATIO)
-    assert [one.label for one in campaign.runs] == [1, 2, 3, 4, 5]
+    labels = [str(one.label) for one in campaign.runs]
+    assert labels == ["1", "2", "3", "4", "5", "1 (2)", "2 (2)", "3 (2)", "4 (2)"]
+    assert any("has a gap after other runs" in line for line in say_findings(campaign.findings))
+
+
+def test_runs_of_one_clock_that_are_written_in_turns_are_joined(tmp_path: Path) -> None:
+    runs = clean().by_run()
+    size = min(len(runs["2"]), len(runs["3"]))
+    turns = [
+        (label, row)
+        for begin in range(0, size, 20)
+        for label in ("2", "3")
+        for row in runs[label].rows()[begin : min(begin + 20, size)]
+    ]
+    text = "".join(f"{label},{','.join(row)}\n" for label, row in turns)
+    file = tmp_path / "log.csv"
+    file.write_text(f"run,{','.join(runs['2'].names)}\n{text}")
+    assert [len(one) for one in read_campaign(file, ratio=RATIO).runs] == [size, size]
 
 
 def test_a_run_in_fahrenheit_is_reported(tmp_path: Path) -> None:

@@ -196,6 +196,7 @@ def check_encoders(campaign: Campaign, ratio: float | None) -> None:
     InputError
         Names the encoder and the run.
     """
+    check_one_drive(campaign)
     for run in campaign.runs:
         for quantity, count in dead_encoders(run.columns, ratio).items():
             if count <= FROZEN_MAX * len(run):
@@ -213,6 +214,63 @@ def check_encoders(campaign: Campaign, ratio: float | None) -> None:
                 "this run",
             )
         check_both_turn(run, ratio)
+        check_wind_up(run, ratio)
+
+
+ONE_DRIVE = (
+    "both angles of one drive; if the file has the rows of several, a file for each, or "
+    "--map COLUMN=run with the column that tells them apart"
+)
+"""What a campaign must contain."""
+
+
+def in_two_ratios(campaign: Campaign) -> tuple[tuple[Run, float], tuple[Run, float]] | None:
+    """Two runs that turn in different ratios, and these; None if all turn in one."""
+    turning = [
+        (run, turns)
+        for run in campaign.runs
+        if (turns := measured_ratio(run)) is not None
+        and min(turns.swing_in, turns.swing_out) >= STUCK_TURN_RAD
+    ]
+    if not turning:
+        return None
+    longest, usual = max(turning, key=lambda one: one[1].swing_out)
+    for run, turns in turning:
+        if abs(turns.slope / usual.slope - 1) * turns.swing_out > STUCK_TURN_RAD:
+            return (run, turns.slope), (longest, usual.slope)
+    return None
+
+
+def check_one_drive(campaign: Campaign) -> None:
+    """Refuse runs that turn in different ratios: they are of different drives, or lost turns."""
+    found = in_two_ratios(campaign)
+    if found is not None:
+        (run, ratio), (longest, usual) = found
+        raise InputError(
+            run.file,
+            "input_angle_rad",
+            f"{ratio:.4g} input turns for one output turn in run {run.label}, {usual:.4g} in run "
+            f"{longest.label}",
+            f"{ONE_DRIVE}; or the recordings without a run that lost turns",
+        )
+
+
+def check_wind_up(run: Run, ratio: float | None) -> None:
+    """Refuse a run in which two shafts that turn are apart by more than a drive winds up."""
+    if ratio is None or not {"input_angle", "output_angle"} <= run.columns.keys():
+        return
+    wound = float(np.ptp(run.lost_motion_rad))
+    if wound > WIND_UP_MAX_RAD:
+        turns = measured_ratio(run)
+        together = "" if turns is None else "the ratio, units and signs in which they turn "
+        if turns is not None:
+            together += f"together ({turns.slope:.4g} input turns for one output turn); or "
+        raise InputError(
+            run.file,
+            "output_angle_rad",
+            f"{wound:.3g} rad between output and input / {ratio:g} in run {run.label}",
+            f"{together}less than {WIND_UP_MAX_RAD:g} rad of wind-up: {ONE_DRIVE}",
+        )
 
 
 def check_both_turn(run: Run, ratio: float | None) -> None:
@@ -288,9 +346,10 @@ def refuse_contradiction(gate: Gate, drive_file: str, catalogue: Mapping[str, ob
     judged = [(r, gate.consistency(r)) for r in readings(gate, drive_file, chosen, catalogue)]
     judged = [(reading, how) for reading, how in judged if how.right]
     # If the drive turns in its ratio in one interpretation, another in which it is at rest is a
-    # coincidence. So is one without a torsion curve if another has one.
+    # coincidence. So is one without a torsion curve if another has one, or two drives may be mixed.
     turning = any(how.turning is not None for _, how in judged)
-    curved = not decisive or any(how.share >= SCALE_SHARE for _, how in judged)
+    curved = not decisive or in_two_ratios(campaign) is not None
+    curved = curved or any(how.share >= SCALE_SHARE for _, how in judged)
     fitting = [
         reading
         for reading, how in judged
@@ -381,7 +440,7 @@ def readings(
             paste = as_map(chosen, angle, unit=unit)
             yield replace(stated, what=f"the angle is in {unit}", paste=paste, output_by=by)
     turns = gate.ratio_by(stated)
-    if turns is not None and abs(turns) >= 1:
+    if turns is not None and abs(turns) >= 1 and in_two_ratios(gate.campaign) is None:
         ratio = whole_ratio(turns)
         paste = f"ratio = {ratio:.7g} in {drive_file}"
         yield replace(stated, what="another ratio", paste=paste, ratio=ratio)

@@ -47,7 +47,7 @@ from lostmotion.recordings.opening import open_table
 from lostmotion.recordings.protocol import FREE, Protocol
 from lostmotion.recordings.quantities import QUANTITIES
 from lostmotion.recordings.runs_agree import check_runs_agree
-from lostmotion.recordings.soundness import check_ratio, check_sign, sound_run
+from lostmotion.recordings.soundness import GAP_FACTOR, check_ratio, check_sign, sound_run
 from lostmotion.recordings.tables import Header, Table
 from lostmotion.recordings.wild import set_wild_aside
 
@@ -370,9 +370,11 @@ def begun_again(
     file: str,
     findings: list[Finding],
 ) -> tuple[npt.NDArray[np.intp], list[int | str], set[int | str]]:
-    """Separate the recordings of one label whose clock begins anew after other runs.
+    """Separate the recordings of one label between which other runs were recorded.
 
-    A logger that restarts numbers its runs from 1 again; the drive may have moved in between.
+    A logger that restarts numbers its runs from 1 again; the drive may have moved in between. The
+    clock begins anew, or has a gap there. Runs that are recorded at the same time and written in
+    turns have none.
 
     Returns
     -------
@@ -386,17 +388,20 @@ def begun_again(
         return codes, labels, set()
     new, names = codes.copy(), list(labels)
     current = list(range(len(labels)))
+    pauses = [GAP_FACTOR * usual_step(time_s[codes == code]) for code in range(len(labels))]
     ended: dict[int, float] = {}
     times = [1] * len(labels)
     sessions: set[int | str] = set()
     restarted = 0
     for begin, size in zip(map(int, begins), map(int, sizes), strict=True):
         code = int(codes[begin])
-        if size > BURST and time_s[begin] < ended.get(code, -np.inf):
+        last = ended.get(code, float(time_s[begin]))
+        if size > BURST and not last <= time_s[begin] <= last + pauses[code]:
             times[code] += 1
             current[code] = len(names)
             names.append(f"{labels[code]} ({times[code]})")
-            action = f"the clock begins anew after other runs: read as run {names[-1]}"
+            how = "begins anew" if time_s[begin] < last else "has a gap"
+            action = f"the clock {how} after other runs: read as run {names[-1]}"
             findings.append(Finding("split_run", file, "run", labels[code], size, action))
             if times[code] > restarted + 1:
                 sessions.add(names[-1])
@@ -408,6 +413,13 @@ def begun_again(
         return codes, labels, set()
     present, new = first_appearance(new)
     return new, [names[code] for code in present], sessions
+
+
+def usual_step(time_s: npt.NDArray[np.float64]) -> float:
+    """Median of the forward steps of a clock; 0 if there are none."""
+    step = np.diff(time_s)
+    step = step[step > 0]
+    return float(np.median(step)) if step.size else 0.0
 
 
 def rows_of_runs(codes: npt.NDArray[np.intp], runs: int) -> Iterator[npt.NDArray[np.intp]]:

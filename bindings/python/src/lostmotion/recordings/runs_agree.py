@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+from scipy import special
 
 from lostmotion import units
 from lostmotion.errors import InputError
@@ -36,6 +37,12 @@ for the scale of a drive file (`scale.SCALE_SHARE`)."""
 SAMPLES_LEAST = 30
 """Least number of samples of a run: with fewer, noise may correlate with the torque by chance; with
 30, a share of half has a probability of 1e-5."""
+
+CHANCE = 1e-3
+"""Probability, for runs of one drive with stiffnesses that scatter as those of the others, that one
+of them is so far from the others. A run is refused only if its unit explains it too."""
+
+TINY = float(np.finfo(np.float64).tiny)
 
 UNITS = {
     **{
@@ -130,17 +137,24 @@ def check_signs(loops: list[Loop]) -> None:
 
 def check_units(loops: list[Loop]) -> None:
     """Refuse runs with another unit than most others."""
+    if not loops:
+        return
     sizes = np.log([abs(loop.slope) for loop in loops])
-    apart = np.abs(sizes - np.median(sizes)) > np.log(SIZE_FACTOR) if loops else sizes
-    rest = [loop for loop, far in zip(loops, apart, strict=True) if not far]
+    far = np.abs(sizes - np.median(sizes))
+    apart = far > np.log(SIZE_FACTOR)
+    rest = [loop for loop, out in zip(loops, apart, strict=True) if not out]
     if len(rest) < 2 or len(rest) == len(loops):
         return
+    # Student's t of one more run of the same drive.
+    spread = float(np.std(sizes[~apart], ddof=1)) * math.sqrt(1 + 1 / len(rest))
+    chance = 2 * special.stdtr(len(rest) - 1, -far / max(spread, TINY)) * len(loops)
+    apart &= chance < CHANCE
     curve, scatter = curve_of(rest)
-    usual = float(np.exp(np.median(sizes[~apart])))
+    usual = float(np.exp(np.median(sizes)))
     swing_Nm = float(np.median([np.std(loop.run.torque_Nm) for loop in rest]))
     odd: dict[str, list[Loop]] = {}
-    for loop, far in zip(loops, apart, strict=True):
-        if far and loop.misfit(curve) > scatter:
+    for loop, out in zip(loops, apart, strict=True):
+        if out and loop.misfit(curve) > scatter:
             fitting = [
                 (abs(math.log(by[0] * float(np.std(loop.run.torque_Nm)) / swing_Nm)), name)
                 for name, by in UNITS.items()
