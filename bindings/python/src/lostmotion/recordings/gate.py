@@ -219,7 +219,7 @@ def check_encoders(campaign: Campaign, ratio: float | None) -> None:
 
 ONE_DRIVE = (
     "both angles of one drive; if the file has the rows of several, a file for each, or "
-    "--map COLUMN=run with the column that tells them apart"
+    "--map COLUMN=run with the column of their names"
 )
 """What a campaign must contain."""
 

@@ -388,7 +388,7 @@ def begun_again(
         return codes, labels, set()
     new, names = codes.copy(), list(labels)
     current = list(range(len(labels)))
-    pauses = [GAP_FACTOR * usual_step(time_s[codes == code]) for code in range(len(labels))]
+    pauses = [GAP_FACTOR * forward_step(time_s[codes == code]) for code in range(len(labels))]
     ended: dict[int, float] = {}
     times = [1] * len(labels)
     sessions: set[int | str] = set()
@@ -415,7 +415,7 @@ def begun_again(
     return new, [names[code] for code in present], sessions
 
 
-def usual_step(time_s: npt.NDArray[np.float64]) -> float:
+def forward_step(time_s: npt.NDArray[np.float64]) -> float:
     """Median of the forward steps of a clock; 0 if there are none."""
     step = np.diff(time_s)
     step = step[step > 0]
