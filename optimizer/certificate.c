@@ -330,18 +330,14 @@ lm_status lm_certify(const lm_problem *problem, int combination, const double un
   memset(c, 0, sizeof *c);
   status = lm_point_drive(problem, combination, unit, &c->drive, fault);
   if (status == LM_OK) {
-    status = lm_make_face(&c->drive, lm_face_sections(&c->drive), LM_CERTAIN_NODES,
-                          workspace->design.face, fault);
-  }
-  if (status == LM_OK) {
-    status = lm_find_smallest_gap(workspace->design.face, lm_face_sections(&c->drive),
-                                  LM_CERTAIN_STEPS, &c->smallest, fault);
+    status = lm_find_face_gap(&c->drive, LM_CERTAIN_NODES, LM_CERTAIN_STEPS, workspace->design.face,
+                              &c->smallest, fault);
   }
   if (status == LM_OK) {
     status = lm_find_rated_load(&c->drive, LM_CERTAIN_PHASES, &workspace->design, &c->load, fault);
   }
   if (status == LM_OK) {
-    status = lm_check_design(&c->drive, workspace->design.face, lm_face_sections(&c->drive),
+    status = lm_check_design(&c->drive, workspace->design.face, lm_face_places(&c->drive),
                              &c->smallest, &c->load, c->check, fault);
   }
   if (status != LM_OK) {

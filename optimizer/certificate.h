@@ -28,7 +28,7 @@ typedef struct lm_certificate {
   double figure[LM_FIGURE_COUNT];        /* fine: 8 tooth phases, 256 nodes */
   double search_figure[LM_FIGURE_COUNT]; /* as evaluated by the search */
   lm_limit_report limit[LM_LIMIT_COUNT];
-  lm_smallest_gap smallest; /* 32 steps a tooth pitch, refined, all sections */
+  lm_smallest_gap smallest; /* of the whole face: 32 steps a tooth pitch, refined */
   lm_load load;             /* at rated torque, the worst of the 8 tooth phases */
   lm_check check[LM_CHECK_COUNT];
   /* lost motion of a reversal over the tolerances, arcmin, at the worst of the 8 tooth phases */

@@ -444,8 +444,9 @@ static lm_real end_row(const lm_problem *problem, const tolerance_state *toleran
   return gap_row(problem, tolerance, &end.gap);
 }
 
-/* Places of the face width at which the limits are evaluated: both edges, because no gap between
- * them is smaller (lm_face_sections), or the middle if planar_only is requested. */
+/* Places of the face width at which the limits are evaluated: both edges, where the smallest gap is
+ * with few exceptions, which the verification finds (lm_find_face_gap), or the middle if planar_only
+ * is requested. */
 static int edges_of(const lm_drive *drive) {
   return drive->planar_only ? 1 : LM_EDGES;
 }

@@ -329,8 +329,8 @@ void lm_write_certificate(FILE *file, const lm_problem *problem, int combination
   fprintf(file, "],\n \"smallest_gap\": {");
   write_json(file, "gap_arcmin", c->smallest.gap_rad / ARCMIN, ", ");
   write_json(file, "angle_deg", c->smallest.angle_rad / DEGREE, ", ");
-  fprintf(file, "\"section\": %d, \"forward\": %s},\n", c->smallest.section,
-          c->smallest.forward ? "true" : "false");
+  write_json(file, "place", c->smallest.place, ", ");
+  fprintf(file, "\"forward\": %s},\n", c->smallest.forward ? "true" : "false");
   fprintf(file, " \"lost_motion_arcmin\": {");
   write_json(file, "worst", c->lost_motion_worst, ", ");
   write_json(file, "probable", c->lost_motion_probable, ", ");

@@ -13,17 +13,14 @@
 /* Angles that one solution may add to the scan. */
 #define ROUNDS 6
 
-/* Smallest side clearance of a point, between the angles of the scan as well: arcmin, and the angle
+/* Smallest side clearance of a point, between the angles of the scan and the edges as well: arcmin, and the angle
  * at which it is. 0 when the model refuses. */
 static int find_gap(lm_task_state *s, const double unit[], int nodes, int steps, double *gap_arcmin,
                     double *angle_rad) {
   lm_drive *drive = &s->workspace->drive;
   lm_smallest_gap smallest;
   if (lm_point_drive(s->problem, s->combination, unit, drive, NULL) != LM_OK ||
-      lm_make_face(drive, lm_face_sections(drive), nodes, s->workspace->design.face, NULL) !=
-          LM_OK ||
-      lm_find_smallest_gap(s->workspace->design.face, lm_face_sections(drive), steps, &smallest,
-                           NULL) != LM_OK) {
+      lm_find_face_gap(drive, nodes, steps, s->workspace->design.face, &smallest, NULL) != LM_OK) {
     return 0;
   }
   *gap_arcmin = smallest.gap_rad * 10800.0 / LM_PI;

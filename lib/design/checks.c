@@ -108,53 +108,183 @@ static lm_smallest_gap nothing_found(void) {
   none.gap_rad = REAL_INFINITY;
   none.angle_rad = LM_REAL(0);
   none.section = 0;
+  none.place = LM_REAL(0);
   none.forward = 1;
   return none;
 }
 
-static lm_status report_smallest(const lm_mesh meshes[], lm_real step, lm_smallest_gap found,
-                                 lm_smallest_gap *smallest, lm_fault *fault) {
+static lm_status report_smallest(const lm_mesh meshes[], int sections, lm_real step,
+                                 lm_smallest_gap found, lm_smallest_gap *smallest,
+                                 lm_fault *fault) {
   if (!real_isfinite(found.gap_rad)) {
     return refuse(fault, LM_NO_CONTACT, "teeth.engagement_depth");
   }
   refine(meshes, step, &found);
+  found.place = lm_section_place(found.section, sections);
   *smallest = found;
   return LM_OK;
+}
+
+/* Samples of one mesh from the deformation axis to the end of the overlap of both flanks. */
+static void scan(const lm_mesh meshes[], int section, int steps, lm_smallest_gap *found) {
+  const lm_real step = HALF_PI / LM_REAL(steps);
+  lm_clearance before = lm_tooth_clearance(&meshes[section], LM_REAL(0));
+  int i;
+  for (i = 0; i <= steps; i++) {
+    const lm_clearance clearance = lm_tooth_clearance(&meshes[section], step * LM_REAL(i));
+    look_at_sample(&meshes[section], &clearance, &before, section, found);
+    before = clearance;
+    if (!real_isfinite(clearance.forward.gap_rad) && !real_isfinite(clearance.backward.gap_rad)) {
+      break;
+    }
+  }
+}
+
+static lm_status check_steps(int steps_per_pitch, lm_fault *fault) {
+  return check_range(fault, "steps_per_pitch", LM_REAL(steps_per_pitch), LM_REAL(1), LM_REAL(64));
+}
+
+static int steps_of(const lm_mesh *mesh, int steps_per_pitch) {
+  return (mesh->geometry.flexspline_teeth * steps_per_pitch + 3) / 4;
 }
 
 lm_status lm_find_smallest_gap(const lm_mesh meshes[], int sections, int steps_per_pitch,
                                lm_smallest_gap *smallest, lm_fault *fault) {
   lm_smallest_gap found = nothing_found();
   lm_status status;
-  lm_real step;
   int steps;
   int section;
-  int i;
   if (meshes == 0 || smallest == 0) {
     return refuse(fault, LM_NULL, meshes == 0 ? "meshes" : "smallest");
   }
   status = check_range(fault, "sections", LM_REAL(sections), LM_REAL(1), LM_REAL(LM_SECTIONS_MAX));
   if (status == LM_OK) {
-    status =
-        check_range(fault, "steps_per_pitch", LM_REAL(steps_per_pitch), LM_REAL(1), LM_REAL(64));
+    status = check_steps(steps_per_pitch, fault);
   }
   if (status != LM_OK) {
     return status;
   }
-  steps = (meshes[0].geometry.flexspline_teeth * steps_per_pitch + 3) / 4;
-  step = HALF_PI / LM_REAL(steps);
+  steps = steps_of(&meshes[0], steps_per_pitch);
   for (section = 0; section < sections; section++) {
-    lm_clearance before = lm_tooth_clearance(&meshes[section], LM_REAL(0));
-    for (i = 0; i <= steps; i++) {
-      const lm_clearance clearance = lm_tooth_clearance(&meshes[section], step * LM_REAL(i));
-      look_at_sample(&meshes[section], &clearance, &before, section, &found);
-      before = clearance;
-      if (!real_isfinite(clearance.forward.gap_rad) && !real_isfinite(clearance.backward.gap_rad)) {
-        break; /* both flanks have left the overlap */
+    scan(meshes, section, steps, &found);
+  }
+  return report_smallest(meshes, sections, HALF_PI / LM_REAL(steps), found, smallest, fault);
+}
+
+/* --- the whole face ------------------------------------------------------------------------------
+ */
+
+#define INNER_SHARE 4 /* fewer steps between the edges than at them */
+#define FACE_ROUNDS 4
+
+/* Smallest gap of one place, whose mesh is meshes[section]. */
+static lm_smallest_gap gap_at_place(const lm_mesh meshes[], int section, lm_real place,
+                                    int steps_per_pitch) {
+  const int steps = steps_of(&meshes[section], steps_per_pitch);
+  lm_smallest_gap found = nothing_found();
+  scan(meshes, section, steps, &found);
+  if (real_isfinite(found.gap_rad)) {
+    refine(meshes, HALF_PI / LM_REAL(steps), &found);
+  }
+  found.section = section;
+  found.place = place;
+  return found;
+}
+
+/* The face around an inner place; its mesh is made anew at each place that is evaluated. */
+typedef struct along_face {
+  const lm_drive *drive;
+  lm_mesh *meshes;
+  int section;
+  int nodes;
+  int steps_per_pitch;
+  lm_smallest_gap best;
+} along_face;
+
+static lm_status look_along(along_face *face, lm_real place, lm_real *gap, lm_fault *fault) {
+  const lm_status status = lm_make_mesh_at(face->drive, place, face->nodes, &face->meshes[0],
+                                           &face->meshes[face->section], fault);
+  if (status == LM_OK) {
+    const lm_smallest_gap now =
+        gap_at_place(face->meshes, face->section, place, face->steps_per_pitch);
+    *gap = now.gap_rad;
+    if (now.gap_rad < face->best.gap_rad) {
+      face->best = now;
+    }
+  }
+  return status;
+}
+
+/* As refine, along the face. */
+static lm_status refine_place(along_face *face, lm_fault *fault) {
+  lm_real width = LM_REAL(1) / LM_REAL(LM_FACE_PLACES - 1);
+  lm_status status = LM_OK;
+  int i;
+  for (i = 0; i < FACE_ROUNDS && status == LM_OK; i++) {
+    const lm_real middle = face->best.place;
+    const lm_real at_middle = face->best.gap_rad;
+    lm_real below = REAL_INFINITY;
+    lm_real above = REAL_INFINITY;
+    lm_real bend;
+    if (middle - width >= LM_REAL(0)) {
+      status = look_along(face, middle - width, &below, fault);
+    }
+    if (status == LM_OK && middle + width <= LM_REAL(1)) {
+      status = look_along(face, middle + width, &above, fault);
+    }
+    bend = below - LM_REAL(2) * at_middle + above;
+    if (status == LM_OK && bend > LM_REAL(0) && real_isfinite(bend)) {
+      lm_real gap;
+      const lm_real vertex = middle + width * (below - above) / (LM_REAL(2) * bend);
+      if (vertex > LM_REAL(0) && vertex < LM_REAL(1)) {
+        status = look_along(face, vertex, &gap, fault);
+      }
+    }
+    width /= LM_REAL(4);
+  }
+  return status;
+}
+
+lm_status lm_find_face_gap(const lm_drive *drive, int nodes, int steps_per_pitch, lm_mesh meshes[],
+                           lm_smallest_gap *smallest, lm_fault *fault) {
+  const int inner_steps = (steps_per_pitch + INNER_SHARE - 1) / INNER_SHARE;
+  lm_smallest_gap at[LM_FACE_PLACES];
+  lm_smallest_gap found = nothing_found();
+  lm_status status;
+  int places;
+  int i;
+  if (drive == 0 || meshes == 0 || smallest == 0) {
+    return refuse(fault, LM_NULL, "drive, meshes, smallest");
+  }
+  places = lm_face_places(drive);
+  status = check_steps(steps_per_pitch, fault);
+  if (status == LM_OK) {
+    status = lm_make_face(drive, places, nodes, meshes, fault);
+  }
+  for (i = 0; i < places && status == LM_OK; i++) {
+    const int is_edge = i == 0 || i == places - 1;
+    at[i] = gap_at_place(meshes, i, lm_section_place(i, places),
+                         is_edge ? steps_per_pitch : inner_steps);
+    if (is_edge && at[i].gap_rad < found.gap_rad) {
+      found = at[i];
+    }
+  }
+  for (i = 1; i < places - 1 && status == LM_OK; i++) {
+    if (at[i].gap_rad < at[i - 1].gap_rad && at[i].gap_rad < at[i + 1].gap_rad) {
+      along_face face = {drive, meshes, i, nodes, steps_per_pitch, at[i]};
+      status = refine_place(&face, fault);
+      if (face.best.gap_rad < found.gap_rad) {
+        found = face.best;
       }
     }
   }
-  return report_smallest(meshes, step, found, smallest, fault);
+  if (status == LM_OK && !real_isfinite(found.gap_rad)) {
+    status = refuse(fault, LM_NO_CONTACT, "teeth.engagement_depth");
+  }
+  if (status == LM_OK) {
+    *smallest = found;
+  }
+  return status;
 }
 
 lm_status lm_refine_smallest_gap(const lm_mesh meshes[], int sections,
@@ -183,7 +313,7 @@ lm_status lm_refine_smallest_gap(const lm_mesh meshes[], int sections,
     }
   }
   steps = meshes[0].geometry.flexspline_teeth * phases / 4;
-  return report_smallest(meshes, HALF_PI / LM_REAL(steps), found, smallest, fault);
+  return report_smallest(meshes, sections, HALF_PI / LM_REAL(steps), found, smallest, fault);
 }
 
 /* --- geometry ------------------------------------------------------------------------------------

@@ -536,9 +536,13 @@ lm_real lm_section_place(int section, int sections) {
   return sections > 1 ? LM_REAL(section) / LM_REAL(sections - 1) : LM_REAL(0.5);
 }
 
-lm_real lm_section_factor(const lm_drive *drive, int section, int sections) {
-  const lm_real from_middle = lm_section_place(section, sections) - LM_REAL(0.5);
+static lm_real factor_at(const lm_drive *drive, lm_real place) {
+  const lm_real from_middle = place - LM_REAL(0.5);
   return LM_REAL(1) + from_middle * drive->teeth.face_width_mm / drive->flexspline.length_mm;
+}
+
+lm_real lm_section_factor(const lm_drive *drive, int section, int sections) {
+  return factor_at(drive, lm_section_place(section, sections));
 }
 
 /* The root that the rack does not cut is as deep as the opposite tip requires, which reaches
@@ -621,10 +625,11 @@ lm_status lm_make_mesh(const lm_drive *drive, lm_real section_factor, int nodes,
 }
 
 int lm_face_sections(const lm_drive *drive) {
-  if (drive->planar_only) {
-    return 1;
-  }
-  return drive->axial_sections > LM_FACE_SECTIONS ? drive->axial_sections : LM_FACE_SECTIONS;
+  return drive->planar_only ? 1 : LM_FACE_SECTIONS;
+}
+
+int lm_face_places(const lm_drive *drive) {
+  return drive->planar_only ? 1 : LM_FACE_PLACES;
 }
 
 lm_status lm_make_face(const lm_drive *drive, int sections, int nodes, lm_mesh meshes[],
@@ -648,6 +653,18 @@ lm_status lm_make_face_like(const lm_drive *drive, int sections, int nodes, cons
                           i > 0 ? &meshes[middle] : like, &meshes[section], fault);
   }
   return status;
+}
+
+lm_status lm_make_mesh_at(const lm_drive *drive, lm_real place, int nodes, const lm_mesh *like,
+                          lm_mesh *mesh, lm_fault *fault) {
+  lm_status status;
+  if (drive == 0 || like == 0 || mesh == 0) {
+    return refuse(fault, LM_NULL, "drive, like, mesh");
+  }
+  status = check_range(fault, "place", place, LM_REAL(0), LM_REAL(1));
+  return status != LM_OK ? status
+                         : make_section(drive, LM_FACE_PLACES, factor_at(drive, place), nodes, like,
+                                        mesh, fault);
 }
 
 static flank_pair place_pair(const lm_mesh *mesh, lm_real angle_rad, int forward) {

@@ -341,6 +341,58 @@ static void teeth_that_never_meet_have_no_smallest_gap(void) {
   TEST_ASSERT_EQUAL_STRING("teeth.engagement_depth", fault.input);
 }
 
+static void a_face_that_is_none_is_refused(void) {
+  const lm_drive drive = completed(reference_a());
+  TEST_ASSERT_EQUAL(LM_NULL, lm_find_face_gap(0, 64, 8, meshes, &smallest, &fault));
+  TEST_ASSERT_EQUAL(LM_NULL, lm_find_face_gap(&drive, 64, 8, 0, &smallest, &fault));
+  TEST_ASSERT_EQUAL(LM_NULL, lm_find_face_gap(&drive, 64, 8, meshes, 0, &fault));
+  TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE, lm_find_face_gap(&drive, 64, 65, meshes, &smallest, &fault));
+  TEST_ASSERT_EQUAL_STRING("steps_per_pitch", fault.input);
+  TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE, lm_find_face_gap(&drive, 1, 8, meshes, &smallest, &fault));
+  TEST_ASSERT_EQUAL_STRING("nodes", fault.input);
+  prepare(&drive, 1);
+  TEST_ASSERT_EQUAL(LM_NULL, lm_make_mesh_at(0, 0, 64, meshes, &meshes[1], &fault));
+  TEST_ASSERT_EQUAL(LM_NULL, lm_make_mesh_at(&drive, 0, 64, 0, &meshes[1], &fault));
+  TEST_ASSERT_EQUAL(LM_NULL, lm_make_mesh_at(&drive, 0, 64, meshes, 0, &fault));
+  TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE,
+                    lm_make_mesh_at(&drive, LM_REAL(1.01), 64, meshes, &meshes[1], &fault));
+  TEST_ASSERT_EQUAL_STRING("place", fault.input);
+}
+
+/* A wave that hardly enters the teeth of a short, wide cup: between the edges the smallest gap is
+ * below that of both, and all numbers of sections have it. */
+static void the_smallest_gap_may_be_inside_the_face(void) {
+  lm_drive drive = reference_a();
+  double places[41];
+  lm_smallest_gap one;
+  int lowest = 0;
+  int i;
+  drive.generator.type = LM_COSINE;
+  drive.generator.contact_half_angle_rad = LM_REAL(0);
+  drive.generator.deflection_mm = LM_REAL(0.7 * 0.25);
+  drive.teeth.flexspline_shift = LM_REAL(3.16);
+  drive.teeth.rigid_shift = LM_REAL(3.335);
+  drive.teeth.tooth_height = LM_REAL(1.58);
+  drive.teeth.engagement_depth = LM_REAL(0.4);
+  drive.flexspline.length_mm = LM_REAL(1.8) * drive.teeth.face_width_mm;
+  drive = completed(drive);
+  TEST_ASSERT_EQUAL(LM_OK, lm_make_face(&drive, 2, LM_CERTAIN_NODES, meshes, &fault));
+  for (i = 0; i <= 40; i++) {
+    TEST_ASSERT_EQUAL(LM_OK, lm_make_mesh_at(&drive, LM_REAL(i) / LM_REAL(40), LM_CERTAIN_NODES,
+                                             &meshes[0], &meshes[2], &fault));
+    TEST_ASSERT_EQUAL(LM_OK, lm_find_smallest_gap(&meshes[2], 1, LM_CERTAIN_STEPS, &one, &fault));
+    places[i] = in_arcmin(one.gap_rad);
+    lowest = places[i] < places[lowest] ? i : lowest;
+  }
+  TEST_ASSERT_TRUE(places[lowest] < fmin(places[0], places[40]) - 0.05);
+  for (drive.axial_sections = 1; drive.axial_sections <= LM_SECTIONS_MAX; drive.axial_sections++) {
+    TEST_ASSERT_EQUAL(
+        LM_OK, lm_find_face_gap(&drive, LM_CERTAIN_NODES, LM_CERTAIN_STEPS, meshes, &one, &fault));
+    ASSERT_NEAR(BOUND(1e-3, 1e-2), places[lowest], in_arcmin(one.gap_rad));
+    ASSERT_NEAR(0.05, lowest / 40.0, one.place);
+  }
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(rack_form_radius_of_the_reference);
@@ -358,5 +410,7 @@ int main(void) {
   RUN_TEST(every_check_has_a_name_and_a_unit);
   RUN_TEST(nonsense_is_refused_and_nothing_written);
   RUN_TEST(teeth_that_never_meet_have_no_smallest_gap);
+  RUN_TEST(a_face_that_is_none_is_refused);
+  RUN_TEST(the_smallest_gap_may_be_inside_the_face);
   return UNITY_END();
 }

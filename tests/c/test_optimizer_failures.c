@@ -181,13 +181,13 @@ lm_status __wrap_lm_prepare_meshes(const lm_drive *drive, int nodes, lm_design_w
 static int gap_short; /* 1: the smallest gap always remains one arcmin too small */
 static int no_slope;  /* 1: derivatives are NaN */
 
-lm_status __real_lm_find_smallest_gap(const lm_mesh meshes[], int sections, int steps,
-                                      lm_smallest_gap *gap, lm_fault *f);
-lm_status __wrap_lm_find_smallest_gap(const lm_mesh meshes[], int sections, int steps,
-                                      lm_smallest_gap *gap, lm_fault *f);
-lm_status __wrap_lm_find_smallest_gap(const lm_mesh meshes[], int sections, int steps,
-                                      lm_smallest_gap *gap, lm_fault *f) {
-  const lm_status status = __real_lm_find_smallest_gap(meshes, sections, steps, gap, f);
+lm_status __real_lm_find_face_gap(const lm_drive *drive, int nodes, int steps, lm_mesh meshes[],
+                                  lm_smallest_gap *gap, lm_fault *f);
+lm_status __wrap_lm_find_face_gap(const lm_drive *drive, int nodes, int steps, lm_mesh meshes[],
+                                  lm_smallest_gap *gap, lm_fault *f);
+lm_status __wrap_lm_find_face_gap(const lm_drive *drive, int nodes, int steps, lm_mesh meshes[],
+                                  lm_smallest_gap *gap, lm_fault *f) {
+  const lm_status status = __real_lm_find_face_gap(drive, nodes, steps, meshes, gap, f);
   if (gap_short) {
     gap->gap_rad = -2.9e-4;
   }

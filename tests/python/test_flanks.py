@@ -811,16 +811,26 @@ def test_a_ring_generator_has_involutes_only() -> None:
         DesignModel(parse_drive(document).design)
 
 
-def test_a_search_varies_the_arcs_and_leaves_a_drive_that_reads_back(tmp_path: Path) -> None:
+def test_a_search_varies_the_arcs_and_certifies_the_whole_face(tmp_path: Path) -> None:
     pytest.importorskip("lostmotion._search", reason=NO_SEARCH)
     spec = tmp_path / "arcs.toml"
     spec.write_text(ARC_SPEC)
-    design.search(spec, tmp_path / "arcs", workers=1)
+    result = design.search(spec, tmp_path / "arcs", workers=1)
     found = read_drive(tmp_path / "arcs" / "best.toml").design
     assert found is not None
     assert found.values["teeth.rigid_flank"].value == "conjugate"
     assert 9 <= math.degrees(found.values["flank.delta_L_rad"].value) <= 15
-    assert DesignModel(found).clearances().forward_rad.min() > -1e-6
+    assert result.certificate is not None
+    assert result.certificate["holds"]
+    model = DesignModel(found)
+    c, meshes = model.core, model.core.ffi.new("lm_mesh[2]")
+    c.check(c.lib.lm_make_face(model.drive, 1, 256, meshes, c.ffi.NULL))
+    for place in np.linspace(0, 1, 15):
+        where = (place, 256, meshes, meshes + 1, c.ffi.NULL)
+        c.check(c.lib.lm_make_mesh_at(model.drive, *where))
+        gap = c.ffi.new("lm_smallest_gap *")
+        c.check(c.lib.lm_find_smallest_gap(meshes + 1, 1, 32, gap, c.ffi.NULL))
+        assert gap.gap_rad > -1e-6 * ARCMIN, place
 
 
 ARC_SPEC = """
@@ -831,7 +841,6 @@ evaluations = 150
 name = "arcs"
 rated_torque_Nm = 20
 [search.fixed]
-"planar_only" = true
 "teeth.module_mm" = 0.25
 "teeth.face_width_mm" = 10
 "teeth.flexspline_flank" = "double_arc"
@@ -854,5 +863,5 @@ rated_torque_Nm = 20
 "flank.h_l" = 0.3
 [search.range]
 "flank.delta_L_deg" = [9, 15]
-"flank.backlash_mm" = [0, 0.01]
+"flank.backlash_mm" = [0.01, 0.03]
 """

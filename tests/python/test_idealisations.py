@@ -37,7 +37,7 @@ def test_uncalibrated_is_stated_until_a_support_is_fitted() -> None:
     low, high = CATALOGUE_OVER_MODEL
     assert any(f"have {low:g} to {high:g} times" in line for line in said)
     assert not any("{" in line for line in said)
-    assert any("both edges of the face" in line for line in said)
+    assert any("the whole face width" in line for line in said)
     document["design"]["support"] = {"ring_factor": 1.6, "foundation_N_per_mm2": 2600.0}
     document["design"].update(planar_only=True, axial_sections=1)
     said = idealisations(design_model(parse_drive(document)))

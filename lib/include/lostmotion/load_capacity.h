@@ -35,8 +35,8 @@ typedef struct lm_load {
 lm_status lm_measure_load(const lm_drive *drive, lm_real torque_Nm,
                           const lm_design_workspace *workspace, lm_load *load, lm_fault *fault);
 
-/* Worst values over `phases` tooth phases at rated torque, item by item, with the lm_face_sections
- * of the drive: pairs in the middle of the face alone may be hardly engaged.
+/* Worst values over `phases` tooth phases at rated torque, item by item, with lm_face_sections
+ * axial sections: pairs in the middle of the face alone may be hardly engaged.
  * Fills workspace->meshes of these sections (LM_NEUTRAL_LINE_NODES) and evaluates. Errors as
  * lm_evaluate_torsion_curve. */
 lm_status lm_find_rated_load(const lm_drive *drive, int phases, lm_design_workspace *workspace,

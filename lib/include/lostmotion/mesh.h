@@ -69,15 +69,19 @@ lm_real lm_section_place(int section, int sections);
 
 /* Local over nominal deflection of an axial section, straight generatrix (theory/geometry.md): it
  * grows in proportion to the distance from the cup bottom and is nominal in the middle of the
- * teeth. */
+ * teeth. Reads a checked drive. */
 lm_real lm_section_factor(const lm_drive *drive, int section, int sections);
 
-/* Number of places along the face width that the checks examine: both edges and the middle, or the
- * axial sections if there are more; 1, the middle, with planar_only. The deflection grows along the
- * face, and the smallest gap is a concave function of it, so it is smallest at an edge.
- */
+/* Number of axial sections that share the rated load in the checks: both edges and the middle; 1,
+ * the middle, with planar_only. The same for any drive.axial_sections, so that a verdict does not
+ * depend on it. */
 #define LM_FACE_SECTIONS 3
 int lm_face_sections(const lm_drive *drive);
+
+/* Number of places along the face width between which the checks search the smallest gap; 1, the
+ * middle, with planar_only. */
+#define LM_FACE_PLACES LM_SECTIONS_MAX
+int lm_face_places(const lm_drive *drive);
 
 /* The meshes at `sections` (1 .. LM_SECTIONS_MAX) places of the face width; 2: both edges. Errors
  * as lm_make_mesh, and LM_OUT_OF_RANGE ("sections"). */
@@ -88,6 +92,12 @@ lm_status lm_make_face(const lm_drive *drive, int sections, int nodes, lm_mesh m
  * copied and not generated again. */
 lm_status lm_make_face_like(const lm_drive *drive, int sections, int nodes, const lm_mesh *like,
                             lm_mesh meshes[], lm_fault *fault);
+
+/* The mesh at any place of the face width, 0 .. 1 as lm_section_place, of a cup: the parts are those
+ * of lm_make_face with at least 2 sections. like: as there, not null. Errors as lm_make_mesh, and
+ * LM_OUT_OF_RANGE ("place"). */
+lm_status lm_make_mesh_at(const lm_drive *drive, lm_real place, int nodes, const lm_mesh *like,
+                          lm_mesh *mesh, lm_fault *fault);
 
 /* Both clearances of the tooth at any finite material angle. Accuracy 1e-6 arcmin (float64). */
 lm_clearance lm_tooth_clearance(const lm_mesh *mesh, lm_real angle_rad);

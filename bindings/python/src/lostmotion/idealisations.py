@@ -13,8 +13,8 @@ def idealisations(model: DesignModel) -> list[str]:
             "Planar only, as the drive file requests: the checks examine only the middle of the "
             "face and neglect the coning of the cup."
             if drive.planar_only
-            else "The checks examine both edges of the face and its middle; the deflection grows "
-            "in proportion to the distance from the bottom of the cup."
+            else "The checks examine the whole face width, the load checks its edges and its "
+            "middle; the deflection grows in proportion to the distance from the bottom of the cup."
         ),
         (
             "The middle of the face carries the load (axial_sections = 1)."

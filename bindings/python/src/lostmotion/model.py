@@ -266,15 +266,13 @@ class DesignModel:
         c = self.core
         fine = c.ffi.new("lm_design_workspace *")
         nodes, steps = c.lib.LM_CERTAIN_NODES, c.lib.LM_CERTAIN_STEPS
-        sections = c.lib.lm_face_sections(self.drive)
-        self._call(c.lib.lm_make_face, self.drive, sections, nodes, fine.face)
         smallest = c.ffi.new("lm_smallest_gap *")
-        where = (fine.face, sections)
-        self._call(c.lib.lm_find_smallest_gap, *where, steps, smallest)
+        self._call(c.lib.lm_find_face_gap, self.drive, nodes, steps, fine.face, smallest)
         found = c.ffi.new("lm_check[]", c.lib.LM_CHECK_COUNT)
         load = c.ffi.new("lm_load *")
         phases = c.lib.LM_CERTAIN_PHASES
         self._call(c.lib.lm_find_rated_load, self.drive, phases, fine, load)
+        where = (fine.face, c.lib.lm_face_places(self.drive))
         self._call(c.lib.lm_check_design, self.drive, *where, smallest, load, found)
         return [
             Check(
