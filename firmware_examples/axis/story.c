@@ -164,12 +164,12 @@ static int lose_sensor(joint *j) {
   if (lm_axis_pause(&j->drive)) {
     return 1;
   }
-  for (k = 0; k < 8 * STAND_TICKS; ++k) {
-    const int lost = k >= 3 * STAND_TICKS && k < 5 * STAND_TICKS;
-    const float sensed_Nm = lost ? none : LOAD_NM + (k < 4 * STAND_TICKS ? 2.0f : -3.0f);
+  for (k = 0; k < 4 * STAND_TICKS; ++k) {
+    const int lost = k >= 2 * STAND_TICKS && k < 3 * STAND_TICKS;
+    const float sensed_Nm = lost ? none : LOAD_NM + (k < 3 * STAND_TICKS ? 2.0f : -3.0f);
     torque_Nm = lm_axis_use_sensor(&j->drive, LOAD_NM, sensed_Nm);
     run(j, 1, torque_Nm, 0);
-    if (k == 3 * STAND_TICKS) {
+    if (k == 2 * STAND_TICKS) {
       before_rad = j->motor_rad;
       if (j->drive.state != LM_AXIS_CLOSED || j->drive.source_waits ||
           size(torque_Nm - LOAD_NM - 2.0f) > 0.01f) {
@@ -184,13 +184,13 @@ static int lose_sensor(joint *j) {
   if (lm_axis_pause(&j->drive)) {
     return 1;
   }
-  for (k = 0; k < 2 * STAND_TICKS; ++k) {
+  for (k = 0; k < STAND_TICKS; ++k) {
     run(j, 1, lm_axis_use_sensor(&j->drive, LOAD_NM, k % 2 ? LOAD_NM : none), 0);
   }
   if (j->drive.state != LM_AXIS_PAUSED || j->drive.waits == LM_AXIS_READY) {
     return 1;
   }
-  for (k = 0; k < 3 * STAND_TICKS; ++k) {
+  for (k = 0; k < 2 * STAND_TICKS; ++k) {
     run(j, 1, lm_axis_use_sensor(&j->drive, LOAD_NM, LOAD_NM), 0);
   }
   return j->drive.state != LM_AXIS_CLOSED || size(j->drive.torque_Nm - LOAD_NM) > 0.01f;
@@ -224,7 +224,7 @@ static int confuse_planner(joint *j) {
   if (lm_axis_pause(&j->drive)) {
     return 1;
   }
-  for (k = 0; k < 2 * STAND_TICKS; ++k) {
+  for (k = 0; k < STAND_TICKS; ++k) {
     j->motor_rad = lm_axis_tick(&j->drive, &at, j->motor_rad, 0);
   }
   if (size(j->motor_rad - before_rad) > 0 || j->drive.waits != LM_AXIS_WAITS_PLANNER) {
@@ -439,7 +439,7 @@ int axis_story(float *most_rad) {
   /* Brake, power-down with the history and a payload that a sensor measured, power-up without the
    * sensor: nothing moves, and the history is used up. */
   lm_axis_open(&j.drive);
-  for (k = 0; k < 4 * STAND_TICKS; ++k) {
+  for (k = 0; k < 3 * STAND_TICKS; ++k) {
     run(&j, 1, lm_axis_use_sensor(&j.drive, LOAD_NM, LOAD_NM + PUSH_NM), 0);
   }
   zero_rad = j.drive.zero_rad; /* of an absolute encoder: stored */

@@ -4,6 +4,9 @@
  *     lm_start_compensator(&joint, &joint_parameters, torque_Nm, &fault);      once
  *     correction = lm_step_compensator(&joint, &conditions);                   every tick
  *
+ * firmware_examples/axis makes these and all other calls of an axis in an order that moves nothing
+ * by surprise (page "Integration"): copy it, and begin there.
+ *
  * joint_parameters is in the header that `lostmotion export` writes; include it as well.
  *
  * Build lib/runtime/ and lib/status.c with LM_REAL_BITS=32; profile.h lists the configurable sizes.
