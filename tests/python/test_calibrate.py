@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import copy
 import csv
+import functools
 import json
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -22,8 +24,26 @@ from lostmotion.idealisations import idealisations
 from lostmotion.model import design_model
 
 
+@functools.cache
 def drawing(ratio: int = 100) -> Drive:
     return parse_drive(textbook_drive(14, ratio, "cosine")[0])
+
+
+def double_arcs() -> Drive:
+    document = copy.deepcopy(drawing().document)
+    document["design"]["teeth"] |= {
+        "flexspline_flank": "double_arc",
+        "rigid_flank": "conjugate",
+        "flexspline_shift": 2.5,
+        "rigid_shift": 0.0,
+        "rack_addendum": 0.6,
+        "root_clearance": 0.15,
+        "tooth_height": 1.4,
+        "engagement_depth": 0.9,
+    }
+    arcs = {"rho_a": 1.37, "l_a": 0.664, "X_a": 0.31, "rho_f": 1.57, "l_f": 0.66, "X_f": 0.268}
+    document["design"]["flank"] = arcs
+    return parse_drive(document)
 
 
 def sheet(ratio: float = 100.0) -> Drive:
@@ -48,8 +68,9 @@ def fitted(angle: dict[str, float]) -> Drive:
     )
 
 
-def test_a_curve_of_the_model_gives_back_its_own_constant() -> None:
-    true = copy.deepcopy(drawing().document)
+@pytest.mark.parametrize("drawn", [drawing, double_arcs])
+def test_a_curve_of_the_model_gives_back_its_own_constant(drawn: Callable[[], Drive]) -> None:
+    true = copy.deepcopy(drawn().document)
     true["design"]["support"] = {"ring_factor": 3.0}
     torque = np.array([2.0, 4.0, 6.0, drawing().rated_torque_Nm * 1.01])
     model = design_model(parse_drive(true))
@@ -59,7 +80,7 @@ def test_a_curve_of_the_model_gives_back_its_own_constant() -> None:
     values |= {f"slope_{i + 1}_rad_per_Nm": s for i, s in enumerate(slopes)}
     source = fitted(values)
     source = Drive(**{**source.__dict__, "catalogue": None})
-    (one,) = calibrate(drawing(), source).constants
+    (one,) = calibrate(drawn(), source).constants
     assert one.identified
     assert one.value == pytest.approx(3.0, rel=0.1)  # the curve is straight between its knots
     assert one.low < 3.0 < one.high
