@@ -38,6 +38,7 @@ import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -532,34 +533,33 @@ def judge(
     return "harmless, but another answer" if case.harmless and not same(answer, sound) else ""
 
 
+@cache
+def sound_answer(command: str, kind: str) -> dict[str, Any]:
+    """Answer for the undamaged files."""
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place) / "sound"
+        folder.mkdir()
+        kitchen = Kitchen(random.Random(0), folder)
+        words: list[str] = [command]
+        files: list[str] = []
+        kinds = command_files(command)
+        for at, file in enumerate(kinds):
+            name = name_of(file, kind) if kinds.index(file) == at else f"more_{NAMES[file]}"
+            files.append(str(kitchen.file(name, sound_file(file, kind, at))))
+        words += written(command, files)
+        if command in OUTPUTS:
+            words += ["-o", str(folder / OUTPUTS[command])]
+        outcome = run_here([*words, "--json", str(folder / "answer.json")], PATIENCE_S)
+        assert outcome.status == 0, (words, outcome)
+        return read_answer((folder / "answer.json").read_text())
+
+
 class Bench:
     """Runs cases, each in a separate temporary folder."""
 
     def __init__(self, seed: int, root: Path) -> None:
         self.seed = seed
         self.root = root
-        self.sound: dict[tuple[str, str], dict[str, Any]] = {}
-
-    def sound_answer(self, command: str, kind: str) -> dict[str, Any]:
-        """Answer for the undamaged files."""
-        if (command, kind) not in self.sound:
-            folder = self.root / "sound"
-            folder.mkdir()
-            kitchen = Kitchen(random.Random(0), folder)
-            words: list[str] = [command]
-            files: list[str] = []
-            kinds = command_files(command)
-            for place, file in enumerate(kinds):
-                name = name_of(file, kind) if kinds.index(file) == place else f"more_{NAMES[file]}"
-                files.append(str(kitchen.file(name, sound_file(file, kind, place))))
-            words += written(command, files)
-            if command in OUTPUTS:
-                words += ["-o", str(folder / OUTPUTS[command])]
-            outcome = run_here([*words, "--json", str(folder / "answer.json")], PATIENCE_S)
-            assert outcome.status == 0, (words, outcome)
-            self.sound[command, kind] = read_answer((folder / "answer.json").read_text())
-            shutil.rmtree(folder)
-        return self.sound[command, kind]
 
     def run(
         self, number: int, *, process: bool = False, keep: bool = False
@@ -569,7 +569,7 @@ class Bench:
         folder.mkdir()
         try:
             case, command, kind = make_case(self.seed, number, folder)
-            sound = self.sound_answer(command, kind)
+            sound = sound_answer(command, kind)
             before = snapshot(folder)
             runnable = all("\0" not in word for word in case.argv)
             here = os.getcwd()

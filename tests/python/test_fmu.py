@@ -43,6 +43,12 @@ DRIVES = sorted(
     for file in (DATA / folder).glob("*.toml")
 )
 
+each_drive = pytest.mark.parametrize(
+    ("drive_file", "version"),
+    [pytest.param(file, 2 + i % 2, id=f"{file.stem}-{2 + i % 2}") for i, file in enumerate(DRIVES)],
+)
+"""Each drive by one version of FMI: the code of a version is the same for all drives."""
+
 EFFECTS = """
 [drive]
 name = "joint with effects"
@@ -247,8 +253,7 @@ def feed(fmu: Running, columns: dict[str, Floats], *outputs: str) -> Floats:
     return np.array(rows)
 
 
-@pytest.mark.parametrize("drive_file", DRIVES, ids=lambda file: file.stem)
-@pytest.mark.parametrize("version", [2, 3])
+@each_drive
 def test_the_fmus_of_a_shipped_drive(drive_file: Path, version: Version, tmp_path: Path) -> None:
     file, controller, ratio = write(drive_file, "torque", version)
     assert validate_fmu(str(file)) == []
@@ -277,13 +282,15 @@ def test_the_fmus_of_a_shipped_drive(drive_file: Path, version: Version, tmp_pat
     )
 
 
-@pytest.mark.parametrize("drive_file", DRIVES, ids=lambda file: file.stem)
-def test_without_friction_an_fmu_gives_what_predict_does(drive_file: Path, tmp_path: Path) -> None:
+@each_drive
+def test_without_friction_an_fmu_gives_what_predict_does(
+    drive_file: Path, version: Version, tmp_path: Path
+) -> None:
     from lostmotion.predict import predict
     from lostmotion.units import ARCMIN
 
     drive = read_drive(drive_file)
-    file, controller, _ = write(drive_file, "torque", 3)
+    file, controller, _ = write(drive_file, "torque", version)
     torque = controller.torque_Nm
     predicted = np.array(predict(drive, torque)["total_arcmin"]) * ARCMIN
     fmu = Running(file, tmp_path)
@@ -297,8 +304,7 @@ def test_without_friction_an_fmu_gives_what_predict_does(drive_file: Path, tmp_p
     np.testing.assert_allclose(found, predicted, rtol=0, atol=1e-12)
 
 
-@pytest.mark.parametrize("drive_file", DRIVES, ids=lambda file: file.stem)
-@pytest.mark.parametrize("version", [2, 3])
+@each_drive
 def test_the_compensator_has_the_bits_of_replay(
     drive_file: Path, version: Version, tmp_path: Path
 ) -> None:
