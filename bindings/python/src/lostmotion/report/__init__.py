@@ -11,9 +11,10 @@ from pathlib import Path
 
 from lostmotion.files import write_whole
 from lostmotion.report.characterization import characterization_section
+from lostmotion.report.comparison import comparison_section
 from lostmotion.report.discovery import diagnosis_section, fit_section
+from lostmotion.report.drive import drive_section
 from lostmotion.report.page import Section, render
-from lostmotion.report.sections import comparison_section, drive_section
 
 __all__ = [
     "Section",
