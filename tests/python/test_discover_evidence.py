@@ -15,7 +15,7 @@ from lostmotion.candidates.named import named_candidates
 from lostmotion.candidates.shapes import waves
 from lostmotion.discover import diagnose, library
 from lostmotion.discover.contest_round import RecordedRound, make_candidates, make_round
-from lostmotion.discover.gates import accepted, judge, paid_by_kind
+from lostmotion.discover.gates import accepted, corrected_for, judge
 from lostmotion.discover.linearise import noise_rms, settle
 from lostmotion.discover.measurement_noise import estimate_noise
 from lostmotion.discover.noise_floor import noise_floor
@@ -102,7 +102,7 @@ def test_what_part_of_a_block_columns_of_the_base_could_do_is_that_of_least_squa
     assert absorbed_share(evidence, omega, "b", np.ones(1), evidence.fixed[:0]) == 0.0
 
 
-def test_the_level_is_shared_evenly_among_kinds_and_within_each():
+def test_the_level_is_shared_evenly_among_answers_and_within_each():
     def candidate(name, kind, starts=0, tests=1):
         column = np.ones((2, max(starts, 1)))
         start_of = list(range(starts))
@@ -125,11 +125,14 @@ def test_the_level_is_shared_evenly_among_kinds_and_within_each():
     nothing: Any = None
     candidates = {c.name: c for c in made}
     current = RecordedRound(Contest(evidence), candidates, {}, 0.0, nothing)
-    paid = paid_by_kind(current)
-    assert paid == {"ripple": 3 * 50, "run": 3 * 3, "effect": 3 * 6, "shape": 3}
-    # If each passes with a probability of level / paid, any of them passes with the level.
-    tests = {"ripple": 50, "run": 3, "effect": 6}
-    assert sum(count / paid[kind] for kind, count in tests.items()) == pytest.approx(1.0)
+    paid = {c.name: corrected_for(current, c) for c in made}
+    answers = 2 + 3  # two effects and three unnamed kinds
+    assert (paid["plain"], paid["grid"]) == (answers * 1, answers * 5)
+    assert (paid["wave 0"], paid["step"], paid["drift"]) == (answers * 50, answers * 3, answers * 3)
+    # If each test passes with a probability of level / paid, any passes with the level at most:
+    # no smooth shape is in the round, and its share is not used.
+    tests = {"plain": 1, "grid": 5, "step": 2, "drift": 1} | {f"wave {k}": 1 for k in range(50)}
+    assert sum(count / paid[name] for name, count in tests.items()) == pytest.approx(4 / answers)
 
 
 def test_the_scan_finds_what_a_test_of_every_parting_finds():

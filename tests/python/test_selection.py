@@ -119,7 +119,7 @@ def test_a_lead_that_does_not_pass_hides_no_weaker_one(warm_gap, monkeypatch):
         return contender
 
     monkeypatch.setattr(RecordedModel, "with_candidate", flattering)
-    monkeypatch.setattr(RecordedModel, "more_starts", lambda _, current, leads, count: leads)
+    monkeypatch.setattr(RecordedModel, "more_starts", lambda _, current, leads: leads)
     least = 0.5 * first.round.size_of(blurred)
     model = model_before(warm_gap)
     results = [blurred, found["thermal_gap"]]
@@ -156,9 +156,10 @@ def test_an_effect_that_explains_nothing_more_is_dropped(warm_gap):
     offset = library()["torque_offset"]
     base.terms.insert(0, Term(offset, offset.typical * 0.0, [0]))
     both = refitted(base, settled.noise)
-    kept = without_idle(both, 0, 100)
+    counts = {"torque_offset": 20, "thermal_gap": 60}
+    kept = without_idle(both, 0, counts)
     assert [term.effect.name for term in kept.base.terms] == ["thermal_gap"]
-    given = without_idle(both, 1, 100)
+    given = without_idle(both, 1, counts)
     assert [term.effect.name for term in given.base.terms] == ["torque_offset", "thermal_gap"]
 
 

@@ -9,9 +9,9 @@ once.
 
 P_LIMIT = 0.01
 """Level of the F test over all candidates; the sign-flip test has its own level. It is divided
-evenly between the kinds of candidates, and within a kind between its tests (Bonferroni), so that a
-hundred ripples, each visible within every run, do not suppress the few possible differences between
-runs.
+evenly between the answers of a round (the name of each effect, and each unnamed kind of shape), and
+the share of an answer between its tests (Bonferroni). So the many starts of one effect, or a
+hundred ripples, do not suppress another answer.
 
 Conventional: one false answer in a hundred campaigns.
 """

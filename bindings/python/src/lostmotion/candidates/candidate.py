@@ -44,7 +44,7 @@ class Candidate:
     also : list of tuple
         Other quantities with the same columns, and their shapes.
     kind : str
-        One of `KINDS`: candidates of a kind share a part of the test level.
+        One of `KINDS`. Every effect, and every other kind, has the same share of the test level.
     formula : str
         A shape as ``fit --add`` takes it, where it can be written.
     of_form : bool

@@ -20,9 +20,10 @@ from lostmotion.discover.events import (
 )
 from lostmotion.discover.gates import (
     accepted,
+    corrected_for,
+    count_answers,
     family_p,
     large_enough,
-    paid_by_kind,
 )
 from lostmotion.discover.ladder import make_rungs, told
 from lostmotion.discover.linearise import Settled
@@ -139,7 +140,7 @@ def of_slip(settled: Settled, place: int, rung: Mapping[str, Any], step: Step) -
     term = settled.base.terms[place]
     contest, name = contest_of_term(settled, place)
     result = contest.test(name)
-    paid = paid_by_kind(step.round)["effect"]
+    paid = count_answers(step.round)  # one start
     gain, p = (0.0, 1.0) if result is None else (result.gain, min(1.0, result.p * paid))
     held, size = rung["rms_heldout_arcsec"], term_size(settled.base, place)
     return entry(term.effect, term.values, held, gain, p, [], size)
@@ -174,11 +175,10 @@ def make_ladder(models: Sequence[BaselineModel], found: Conclusion) -> list[dict
 
 def weak_leftovers(step: Step) -> list[dict[str, Any]]:
     """Effects that pass the gates but are too small to count."""
-    paid = paid_by_kind(step.round)
     out = []
     for result in step.results[:10]:
         candidate = step.round.candidates[result.name]
-        if accepted(result, paid[candidate.kind]):
+        if accepted(result, corrected_for(step.round, candidate)):
             out.append(
                 {
                     "covariate": candidate.covariate or candidate.name,
@@ -209,7 +209,7 @@ def entry(
     gain : float
         Leave-one-run-out gain, nats.
     p : float
-        Over all candidates of its kind.
+        Over all answers.
     confused_with : sequence of str
     size_arcsec : float
     """
@@ -279,7 +279,7 @@ def list_candidates(
         values_array = term_of(where.round, result).values
         fitted = [c.size for c in where.contenders if c.result.name == result.name]
         size = fitted[0] if fitted else where.round.size_of(result)
-        stands_out = accepted(result, paid_by_kind(where.round)["effect"])
+        stands_out = accepted(result, corrected_for(where.round, candidate))
         large = large_enough(where.round, result, size, where.least_arcsec)
         confused = sorted(present) if result.name in rivals else []
         p = family_p(where.round, candidate, result)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from lostmotion import rules
 from lostmotion.discover.contest_round import ContestRound
-from lostmotion.discover.gates import paid_by_kind, runs_separate
+from lostmotion.discover.gates import corrected_for, family_p, runs_separate
 from lostmotion.discover.growing_model import Contender, GrowingModel, Lead
 from lostmotion.discover.shortlist import LeastSizes, find_leads, strongest, without
 from lostmotion.evidence.contest import Result
@@ -53,9 +53,8 @@ def choose(
     and only such candidates are its rivals. Every rival is tried in the model: by tangents alone,
     effects may seem to be confounded that their models separate.
     """
-    paid = paid_by_kind(current)
     apart = [result for result in results if not current.candidates[result.name].of_form]
-    contenders, rejected = try_shortlist(model, current, apart, limits, paid)
+    contenders, rejected = try_shortlist(model, current, apart, limits)
     step = choose_among(model, current, results, limits, contenders, rejected)
     known = {contender.name for contender in step.contenders}
     untried = [
@@ -64,7 +63,7 @@ def choose(
         if result.name in step.rivals and result.name not in known
     ]
     if untried:
-        contenders = best_starts(contenders + try_leads(model, untried, limits, paid["effect"]))
+        contenders = best_starts(contenders + try_leads(model, untried, limits, current))
         step = choose_among(model, current, results, limits, contenders, rejected)
     return step
 
@@ -78,7 +77,6 @@ def choose_among(
     rejected: set[str],
 ) -> Step:
     """Choose among the candidates that were tried in the model, and find the rivals."""
-    paid = paid_by_kind(current)
     apart = [result for result in results if not current.candidates[result.name].of_form]
     contenders = as_kept(tried)
     confirmed = [c for c in contenders if c.passes]
@@ -94,7 +92,7 @@ def choose_among(
             contenders.append(sharper)
             shape = max(shape, sharper, key=lambda c: c.gain)
         # A shape can imitate the deviations of single runs; then the other runs do not confirm it.
-        unsure = shape.result.p * paid[shape.candidate.kind] > rules.P_SURE
+        unsure = family_p(current, shape.candidate, shape.result) > rules.P_SURE
         if unsure and model.fall_of_left_out(shape) < 0:
             shape = None
     selected = best_of(current, effects, shape)
@@ -128,7 +126,6 @@ def try_shortlist(
     current: ContestRound,
     results: list[Result],
     limits: LeastSizes,
-    paid: Mapping[str, int],
 ) -> tuple[list[Contender], set[str]]:
     """Try the shortlist in the model, then the reserve until one passes.
 
@@ -138,10 +135,10 @@ def try_shortlist(
     rejected : set of str
         Candidates that did not pass, so that they do not hide weaker ones.
     """
-    passed = find_leads(current, results, paid, limits)
+    passed = find_leads(current, results, limits)
     shortlist = strongest(passed)
     reserve = without(passed, shortlist)
-    shortlist = model.more_starts(current, shortlist, paid["effect"])
+    shortlist = model.more_starts(current, shortlist)
 
     def counting(leads: list[Lead]) -> list[Lead]:
         return [
@@ -154,7 +151,7 @@ def try_shortlist(
     shortlist += model.unjudged(current, results, shortlist)
 
     def tried(leads: list[Lead]) -> list[Contender]:
-        return try_leads(model, leads, limits, paid["effect"])
+        return try_leads(model, leads, limits, current)
 
     contenders = best_starts(tried(shortlist))
     rejected: set[str] = set()
@@ -167,15 +164,17 @@ def try_shortlist(
 
 
 def try_leads(
-    model: GrowingModel, leads: list[Lead], limits: LeastSizes, count: int
+    model: GrowingModel, leads: list[Lead], limits: LeastSizes, current: ContestRound
 ) -> list[Contender]:
     """Put candidates into the model, each apart; those that have no finite fit are left out."""
-    found = in_parallel(lambda lead: try_lead(model, lead, limits, count), leads)
+    found = in_parallel(lambda lead: try_lead(model, lead, limits, current), leads)
     return [contender for contender in found if contender is not None]
 
 
-def try_lead(model: GrowingModel, lead: Lead, limits: LeastSizes, count: int) -> Contender | None:
-    """Put a candidate into the model, and return whether it passes, corrected for `count` tests.
+def try_lead(
+    model: GrowingModel, lead: Lead, limits: LeastSizes, current: ContestRound
+) -> Contender | None:
+    """Put a candidate into the model, and return whether it passes, with the level of a round.
 
     None if it has no finite fit, or is not kept beside the form error. The forms of the hysteresis
     are fitted only if the effect passes all other tests.
@@ -187,6 +186,7 @@ def try_lead(model: GrowingModel, lead: Lead, limits: LeastSizes, count: int) ->
     def large(size: float) -> bool:
         return limits.meets(lead.round, lead.result, size)
 
+    count = corrected_for(current, lead.candidate)
     contender.size = model.size_within(contender) if lead.size is None else lead.size
     contender.passes = (
         contender.gain >= rules.GAIN_LEAST

@@ -10,10 +10,9 @@ from scipy import special
 from scipy.optimize import brentq
 
 from lostmotion import rules
-from lostmotion.candidates.candidate import KINDS
 from lostmotion.discover.advice import count_runs
 from lostmotion.discover.contest_round import ContestRound
-from lostmotion.discover.gates import count_tests
+from lostmotion.discover.gates import corrected_for
 from lostmotion.evidence.overlap import projected
 from lostmotion.units import ARCSEC, split_unit
 
@@ -44,8 +43,6 @@ def detectable(contest_round: ContestRound, within: float) -> tuple[dict[str, An
     out: dict[str, Any] = {}
     unreachable: dict[str, str] = {}
     contest = contest_round.contest
-    # The number of tests is that of a diagnosis.
-    count = len(KINDS) * count_tests(contest_round)["effect"]
     for name, candidate in contest_round.candidates.items():
         if not candidate.named or candidate.effect is None:
             continue
@@ -53,7 +50,8 @@ def detectable(contest_round: ContestRound, within: float) -> tuple[dict[str, An
         information = projected(contest.evidence, [block], contest.null_omega)
         scale = contest.evidence.scale[contest.evidence.blocks[block]]
         rank = information.shape[0]
-        needed = noncentrality(rank, contest.runs - 2 - rank, rules.P_LIMIT / count)
+        level = rules.P_LIMIT / corrected_for(contest_round, candidate)
+        needed = noncentrality(rank, contest.freedom(rank), level)
         info = float(np.mean(np.diag(information)))
         if not info > 1e-12:
             continue

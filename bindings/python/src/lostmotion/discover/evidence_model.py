@@ -16,7 +16,7 @@ from lostmotion import rules
 from lostmotion.candidates.candidate import KINDS, Candidate
 from lostmotion.candidates.forms import Linear, form_of
 from lostmotion.discover.contest_round import PROJECTION_RIDGE, ContestRound, form_size
-from lostmotion.discover.gates import accepted, judge, judge_all, paid_by_kind
+from lostmotion.discover.gates import accepted, corrected_for, judge, judge_all
 from lostmotion.discover.growing_model import Contender, GrowingModel, Lead
 from lostmotion.effects.effect import Effect
 from lostmotion.errors import InputError
@@ -152,12 +152,12 @@ class EvidenceModel(GrowingModel):
         before, after = (self.errors(all_)[1] for all_ in (self.taken, [*self.taken, contender]))
         return before**2 - after**2
 
-    def take(self, contender: Contender, count: int) -> None:
+    def take(self, contender: Contender, current: ContestRound) -> None:
         """See `GrowingModel`."""
         for one in reversed([c for c in self.taken if c.candidate.named]):
             others = [c for c in self.taken if c is not one]
             beside = self.beside(one, [*others, contender])
-            if beside is None or not accepted(beside, count):
+            if beside is None or not accepted(beside, corrected_for(current, one.candidate)):
                 self.taken = others
         self.taken = [*self.taken, contender]
         self.trail.append(self.taken)
@@ -174,7 +174,7 @@ class EvidenceModel(GrowingModel):
         Without a refit to recordings, the gain of an effect far from its tangent is underestimated,
         and other effects seem close to it.
         """
-        count = paid_by_kind(current)["effect"]
+        count = corrected_for(current, selected.candidate)
         names = []
         for rival in rivals:
             candidate = current.candidates[rival.name]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -76,7 +75,7 @@ def judge(contest_round: ContestRound, block: str) -> Result | None:
 def accepted(result: Result, count: int) -> bool:
     """Whether all three tests pass; the F test compensates a sign-flip test of few runs.
 
-    The level is corrected for `count` tests (`paid_by_kind`).
+    The level is corrected for `count` tests (`corrected_for`).
     """
     share = rules.FLIP_LEVEL / result.flip_limit
     spread = result.flip_p <= rules.FLIP_LEVEL and result.p * count <= rules.P_LIMIT
@@ -84,24 +83,35 @@ def accepted(result: Result, count: int) -> bool:
     return (spread or few) and result.gain >= rules.GAIN_LEAST
 
 
-def count_tests(contest_round: ContestRound) -> Counter[str]:
-    """Number of tests of each kind of candidate."""
-    made: Counter[str] = Counter()
-    for candidate in contest_round.candidates.values():
-        starts = len(set(candidate.start_of))
-        made[candidate.kind] += candidate.tests + (starts if starts > 1 else 0)
-    return made
+def count_tests(candidate: Candidate) -> int:
+    """Number of tests of a candidate: its starts are tested one by one and together."""
+    starts = len(set(candidate.start_of))
+    return candidate.tests + (starts if starts > 1 else 0)
 
 
-def paid_by_kind(contest_round: ContestRound) -> dict[str, int]:
-    """Number of tests for which one candidate of each kind is corrected."""
-    made = count_tests(contest_round)
-    return {kind: len(made) * max(made[kind], 1) for kind in KINDS}
+def count_answers(contest_round: ContestRound) -> int:
+    """Number of answers that a round may give: the name of each effect, and each unnamed kind."""
+    names = sum(candidate.named for candidate in contest_round.candidates.values())
+    return names + len(KINDS) - 1
+
+
+def corrected_for(contest_round: ContestRound, candidate: Candidate) -> int:
+    """Number of tests for which a candidate is corrected.
+
+    If nothing is missing, every answer is given with a probability of at most the level over the
+    number of answers, because its own tests share that (Bonferroni). So any answer is given with a
+    probability of at most the level, whatever the dependence of the tests.
+    """
+    answer = [candidate]
+    if not candidate.named:
+        kind = candidate.kind
+        answer = [one for one in contest_round.candidates.values() if one.kind == kind]
+    return count_answers(contest_round) * sum(map(count_tests, answer))
 
 
 def family_p(contest_round: ContestRound, candidate: Candidate, result: Result) -> float:
-    """Probability that any candidate does as well if nothing is missing."""
-    return min(1.0, result.p * paid_by_kind(contest_round)[candidate.kind])
+    """Bound of the probability of any answer with such a p if nothing is missing."""
+    return min(1.0, result.p * corrected_for(contest_round, candidate))
 
 
 def large_enough(contest_round: ContestRound, result: Result, size: float, least: float) -> bool:

@@ -109,8 +109,8 @@ class GrowingModel(ABC):
         """Decrease of the leave-one-run-out mean square by a candidate, arc seconds squared."""
 
     @abstractmethod
-    def take(self, contender: Contender, count: int) -> None:
-        """Add a candidate to the model; effects that become superfluous are dropped."""
+    def take(self, contender: Contender, current: ContestRound) -> None:
+        """Add a candidate of a round to the model; superfluous effects are dropped."""
 
     @abstractmethod
     def substitutes(
@@ -120,8 +120,8 @@ class GrowingModel(ABC):
 
     # --- only with refits ------------------------------------------------------------------------
 
-    def more_starts(self, current: ContestRound, leads: list[Lead], count: int) -> list[Lead]:
-        """Add leads from a model in which all runs are equal, corrected for `count` tests."""
+    def more_starts(self, current: ContestRound, leads: list[Lead]) -> list[Lead]:
+        """Add leads from a model in which all runs are equal."""
         return leads
 
     def unjudged(

@@ -27,7 +27,13 @@ from lostmotion.discover.form_variance import (
     with_form,
     with_form_error,
 )
-from lostmotion.discover.gates import accepted, is_of_form, judge_all
+from lostmotion.discover.gates import (
+    accepted,
+    corrected_for,
+    family_p,
+    is_of_form,
+    judge_all,
+)
 from lostmotion.discover.growing_model import Contender, GrowingModel, Lead
 from lostmotion.discover.linearise import Settled, noise_rms, plain_of, plain_rms, settle
 from lostmotion.discover.measurement_noise import estimate_noise
@@ -117,6 +123,7 @@ class RecordedModel(GrowingModel):
         self.first = settle(first, self.noise)
         self.settled = [self.first]
         self.rounds = 0
+        self.counts: dict[str, int] = {}
         self.fitted: dict[str, BaselineModel] = {}
         self.tried: dict[tuple[int, str], tuple[RecordedRound, Contender | None]] = {}
         self.falls: dict[int, tuple[Settled, float]] = {}
@@ -288,10 +295,11 @@ class RecordedModel(GrowingModel):
             self.fitted_alike = (self.now, base, held_out_rms(base))
         return self.fitted_alike[1:]
 
-    def take(self, contender: Contender, count: int) -> None:
+    def take(self, contender: Contender, current: ContestRound) -> None:
         """See `GrowingModel`; effects of the drive file are kept."""
         assert contender.settled is not None
-        self.settled.append(without_idle(contender.settled, self.given_terms, count))
+        self.counts[contender.name] = corrected_for(current, contender.candidate)
+        self.settled.append(without_idle(contender.settled, self.given_terms, self.counts))
 
     def substitutes(
         self, current: ContestRound, selected: Contender, rivals: Sequence[Result]
@@ -299,27 +307,31 @@ class RecordedModel(GrowingModel):
         """See `GrowingModel`: all of them; the strongest were compared by refits."""
         return [result.name for result in rivals]
 
-    def more_starts(self, current: ContestRound, leads: list[Lead], count: int) -> list[Lead]:
+    def more_starts(self, current: ContestRound, leads: list[Lead]) -> list[Lead]:
         """Add the strongest effects of the model without deviations, with starts from there.
 
         Their significance and size are tested later in the model with them; this only finds them.
         An effect found before gets a second start.
         """
-        leads = self.in_place_of_form(current, leads, count)
+        leads = self.in_place_of_form(current, leads)
         settled = self.now
         if float(np.max(np.abs(settled.base.deviations[:, :2]))) < rules.STRAYED:
             return leads
         plain = plain_of(settled)
         candidates, closed = named_candidates(self.effects, plain, plain.at(), self.ratio)
         alike = make_round(Settled(plain, settled.contest, settled.noise), candidates, closed)
-        found = [r for r in judge_all(alike) if r.p * count <= rules.P_LIMIT]
+        found = [
+            result
+            for result in judge_all(alike)
+            if family_p(current, alike.candidates[result.name], result) <= rules.P_LIMIT
+        ]
         found.sort(key=lambda r: (-r.wald, r.name))
         known = {lead.name for lead in leads}
         strong = found[: rules.REFITS_NAMED]
         strong += [r for r in found[rules.REFITS_NAMED :] if r.name in known]
         return leads + [Lead(alike, result, None) for result in strong]
 
-    def in_place_of_form(self, current: ContestRound, leads: list[Lead], count: int) -> list[Lead]:
+    def in_place_of_form(self, current: ContestRound, leads: list[Lead]) -> list[Lead]:
         """Add effects that are confounded with the form error, judged without a form error.
 
         Together with a form error such effects explain almost nothing. One of them is found if no
@@ -338,7 +350,11 @@ class RecordedModel(GrowingModel):
         }
         alone, closed = named_candidates(effects, formless.base, formless.base.at(), self.ratio)
         self.formless = make_round(formless, alone, closed)
-        found = [r for r in judge_all(self.formless) if accepted(r, count)]
+        found = [
+            result
+            for result in judge_all(self.formless)
+            if accepted(result, corrected_for(current, self.formless.candidates[result.name]))
+        ]
         return leads + strongest([Lead(self.formless, result, None) for result in found])
 
     def unjudged(
@@ -381,12 +397,14 @@ def fall_of_error(now: Settled, with_effect: Settled) -> float:
     return float(np.sqrt(max(0.0, plain_rms(before) ** 2 - plain_rms(after) ** 2)))
 
 
-def without_idle(settled: Settled, given: int, count: int) -> Settled:
+def without_idle(settled: Settled, given: int, counts: Mapping[str, int]) -> Settled:
     """Drop the effects that no longer pass the tests with the newest in the model.
 
-    Effects `given` with the baseline model are kept.
+    Effects `given` with the baseline model are kept. Each of the others is corrected for as many
+    tests (`counts`) as when it was selected.
     """
     for place in range(len(settled.base.terms) - 2, given - 1, -1):
+        count = counts[settled.base.terms[place].effect.name]
         if not term_passes(settled, place, count):
             base = settled.base.copy()
             del base.terms[place]

@@ -6,7 +6,6 @@ from collections.abc import Callable
 
 from lostmotion import rules
 from lostmotion.discover.choice import Step, choose
-from lostmotion.discover.gates import paid_by_kind
 from lostmotion.discover.growing_model import GrowingModel
 from lostmotion.discover.shortlist import least_sizes
 
@@ -44,4 +43,4 @@ def select(model: GrowingModel, say: Callable[[str], None] = lambda _: None) -> 
         if not best.candidate.named and any(not one.candidate.named for one in taken):
             return steps
         say(f"refitting with {best.candidate.name}")
-        model.take(best, paid_by_kind(current)["effect"])
+        model.take(best, current)

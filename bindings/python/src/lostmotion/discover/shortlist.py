@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from lostmotion import rules
 from lostmotion.discover.contest_round import ContestRound
-from lostmotion.discover.gates import accepted, large_enough
+from lostmotion.discover.gates import accepted, corrected_for, large_enough
 from lostmotion.discover.growing_model import Lead
 from lostmotion.evidence.contest import Result
 from lostmotion.evidence.overlap import absorbed_share
@@ -70,13 +70,13 @@ def least_beside(contest_round: ContestRound, result: Result, kept: Mapping[str,
 
 
 def find_leads(
-    contest_round: ContestRound, results: list[Result], paid: Mapping[str, int], limits: LeastSizes
+    contest_round: ContestRound, results: list[Result], limits: LeastSizes
 ) -> list[Lead]:
     """Find the candidates that pass all tests with the present model, strongest first."""
     passed = []
     for result in results:
         candidate = contest_round.candidates[result.name]
-        if accepted(result, paid[candidate.kind]):
+        if accepted(result, corrected_for(contest_round, candidate)):
             size = contest_round.size_of(result)
             limit = limits.effect if candidate.named else limits.shape
             if large_enough(contest_round, result, size, limit):

@@ -150,6 +150,13 @@ class Contest:
         ratio = evidence.scale[evidence.scatter] / self.evidence.scale[self.evidence.scatter]
         return np.asarray(self.null_omega * ratio**2)
 
+    def freedom(self, rank: int) -> int:
+        """Degrees of freedom of the F test of a candidate: one for each run, less two.
+
+        Under REML every direction of a candidate costs the variances one run.
+        """
+        return self.runs - 2 - rank
+
     def null_step(self) -> FloatArray:
         """Coefficients of the baseline model's columns alone."""
         matrix = self.null.matrix.sum(axis=0)
@@ -174,13 +181,11 @@ class Contest:
         # With and without, each under its own variances.
         gain = log_density(seen, ridge) - self.null_density
         score, ideal, weight = run_scores(seen, ridge, found)
-        # Under REML every direction of a candidate costs the variances one run.
-        freedom = max(self.runs - 2 - rank, 1)
         return Result(
             name,
             found.wald,
             rank,
-            float(special.fdtrc(rank, freedom, max(found.wald, 0.0) / rank)),
+            float(special.fdtrc(rank, max(self.freedom(rank), 1), max(found.wald, 0.0) / rank)),
             flip_p(self.signs, score, weight),
             flip_limit(self.signs, ideal, weight, found.wald),
             float(gain.sum()),
