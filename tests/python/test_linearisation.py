@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from lostmotion.candidates.candidate import Candidate
 from lostmotion.discover.choice import as_kept
 from lostmotion.discover.growing_model import Contender
 from lostmotion.discover.linearise import settle
+from lostmotion.discover.recorded_model import RecordedModel
 from lostmotion.drives import read_drive
 from lostmotion.effects.conditions import Conditions
 from lostmotion.evidence.contest import Result
@@ -81,3 +83,7 @@ def test_a_model_keeps_less_than_its_linearisation_far_from_its_optimum(fitted, 
     assert kept[0].gain == pytest.approx(gain.sum() - lost)
     alone = as_kept([other, replace(one, passes=False)])
     assert [c.gain for c in alone] == [gain.sum()] * 2
+    # Neither is the promise of a present model that is the far one a gain over the candidate.
+    at_far, at_near = (SimpleNamespace(now=settled) for settled in (far, near))
+    assert RecordedModel.not_kept(at_far, other) == pytest.approx(lost)
+    assert RecordedModel.not_kept(at_near, one) == 0.0

@@ -189,7 +189,7 @@ def try_lead(
     count = corrected_for(current, lead.candidate)
     contender.size = model.size_within(contender) if lead.size is None else lead.size
     contender.passes = (
-        contender.gain >= rules.GAIN_LEAST
+        contender.gain + model.not_kept(contender) >= rules.GAIN_LEAST
         and (lead.absorbed or large(contender.size))
         and (not contender.candidate.named or model.passes_gates(contender, count))
     )

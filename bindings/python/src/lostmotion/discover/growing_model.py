@@ -120,6 +120,10 @@ class GrowingModel(ABC):
 
     # --- only with refits ------------------------------------------------------------------------
 
+    def not_kept(self, contender: Contender) -> float:
+        """What the linearised present model promises and does not keep, beyond a contender's."""
+        return 0.0
+
     def more_starts(self, current: ContestRound, leads: list[Lead]) -> list[Lead]:
         """Add leads from a model in which all runs are equal."""
         return leads

@@ -271,6 +271,12 @@ class RecordedModel(GrowingModel):
             return size
         return self.fall_of_error(contender)
 
+    def not_kept(self, contender: Contender) -> float:
+        """See `GrowingModel`."""
+        assert contender.settled is not None
+        beyond = np.sum(self.now.beyond_linear) - np.sum(contender.settled.beyond_linear)
+        return max(0.0, float(beyond))
+
     def fall_of_error(self, contender: Contender) -> float:
         """See `GrowingModel`."""
         assert contender.settled is not None
