@@ -118,6 +118,18 @@ def _(folder: Path, sheet: Sheet) -> Path:
 
 
 @dress(
+    "a file of the motor's encoder and one of the output's",
+    expected=REFUSED,
+    reason="the lost motion needs both angles at the same times",
+    says=("only input_angle", "joined by their time"),
+)
+def _(folder: Path, sheet: Sheet) -> list[Path]:
+    motor = save(folder, sheet.without("output_angle_rad").text(), "motor.csv")
+    output = sheet.without("input_angle_rad", "torque_Nm")
+    return [motor, save(folder, output.text(), "output.csv")]
+
+
+@dress(
     "torque as a magnitude",
     expected=REFUSED,
     reason="the direction of the load is not in the file",

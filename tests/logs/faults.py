@@ -40,6 +40,9 @@ FULL_SCALE = {
 """Readings of a channel at the end of its range: integers of 16 and 32 bits, an amplifier of 10 V
 at 25 times the rated torque, a PT100 with an open wire."""
 
+HELD = 4
+"""Rows for which a slower channel is repeated by its logger."""
+
 LEAST_COUNT = {
     "run": 1,
     "time_s": 1e-4,
@@ -421,6 +424,13 @@ def lasting_faults() -> list[Fault]:
         less = _without(places) if name in NEEDED else None
         finding = (name.rsplit("_", 1)[0], RUN_OF[name])
         faults.append(Fault(f"{name}: {what}", damaged.text(), finding=finding, less=less))
+    name, first = "output_angle_rad", rows[0]
+    cells = clean().cells(name)
+    held = [at for at in rows if (at - first) % HELD]
+    damaged = _with(clean(), name, held, [cells[at - (at - first) % HELD] for at in held])
+    finding = (name, "repeats", RUN_OF["torque_Nm"])
+    what = f"{name}: a run with a new value every {HELD} rows"
+    faults.append(Fault(what, damaged.text(), finding=finding, less=_without(held)))
     return faults
 
 

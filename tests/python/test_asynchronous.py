@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lostmotion.recordings import Campaign, Run
-from lostmotion.recordings.asynchronous import check_asynchronous
+from lostmotion.recordings.asynchronous import check_asynchronous, leave_out_repeated
 
 
 def turning(lag_s: float, every: int) -> Campaign:
@@ -30,10 +30,11 @@ def turning(lag_s: float, every: int) -> Campaign:
     return Campaign(runs)
 
 
-@pytest.mark.parametrize("every", [3, 5, 20])
-def test_a_channel_that_repeats_its_last_value_is_named(every: int) -> None:
+@pytest.mark.parametrize("every", [2, 3, 4, 5, 20])
+def test_rows_that_repeat_the_last_value_of_a_slower_channel_are_left_out(every: int) -> None:
     data = turning(0.0, every)
-    check_asynchronous(data)
+    leave_out_repeated(data)
+    assert [len(run) for run in data.runs] == [-(-1500 // every)] * 2
     found = [f for f in data.findings if f.kind == "repeats"]
     assert [(f.run, f.column) for f in found] == [(1, "output_angle_rad"), (2, "output_angle_rad")]
     assert f"a new value every {every} rows" in found[0].action
@@ -55,5 +56,6 @@ def test_angles_of_one_moment_and_coarse_counts_are_no_findings(count: float) ->
     for run in data.runs:
         for name in ("input_angle", "output_angle"):
             run.columns[name] = count * np.round(run.columns[name] / count)
+    leave_out_repeated(data)
     check_asynchronous(data)
     assert data.findings == []

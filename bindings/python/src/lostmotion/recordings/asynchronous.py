@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion.recordings.campaign import Campaign, Run
+from lostmotion.recordings.encoders import count_rad
 from lostmotion.recordings.findings import Finding
 from lostmotion.recordings.quantities import QUANTITIES
 from lostmotion.recordings.soundness import STUCK_TURN_RAD
@@ -21,12 +22,9 @@ REPEATED = ("torque", "input_angle", "output_angle", "lost_motion")
 
 REGULAR_SHARE = 0.8
 """A clock causes the sections without a new value if at least this share of them has the usual
-length, within one sample; with coarse counts the length varies with the speed.
+length, within one sample; with coarse counts the length varies with the speed, and most steps
+between two values are one count.
 """
-
-SPREAD = 2.0
-"""Least ratio of the usual step between two values to the tenth smallest: the steps of counts are
-all equal."""
 
 STRETCHES_LEAST = 10
 """Least number of sections of a run that identify a clock."""
@@ -43,21 +41,30 @@ LAG_STEPS = 0.5
 ms."""
 
 
-def check_asynchronous(campaign: Campaign) -> None:
-    """Report channels that repeat their values, and angles that are not simultaneous."""
+def leave_out_repeated(campaign: Campaign) -> None:
+    """Leave out the rows in which a channel with a slower clock repeats its value."""
     for run in campaign.runs:
         clocks = {name: clock_of(run.columns[name]) for name in REPEATED if name in run.columns}
+        clocks = {name: length for name, length in clocks.items() if name != "lost_motion"}
         quickest = min((length for length in clocks.values() if length), default=0)
+        repeated = np.zeros(len(run), dtype=bool)
         for name, length in clocks.items():
-            if length > max(quickest, 1) and name != "lost_motion":
-                column, other = QUANTITIES[name].column, quickest
+            if length > max(quickest, 1):
+                rows = np.diff(run.columns[name], prepend=np.nan) == 0
+                repeated |= rows
                 action = (
-                    f"a new value every {length} rows, of others every {other}: joined by holding "
-                    "its last value; keep only the rows with a new value, or join by "
-                    "interpolation"
+                    f"a new value every {length} rows, of others every {quickest}: joined by "
+                    "holding its last value; rows that repeat it left out"
                 )
-                finding = Finding("repeats", run.file, column, run.label, len(run), action)
+                column, count = QUANTITIES[name].column, int(np.count_nonzero(rows))
+                finding = Finding("repeats", run.file, column, run.label, count, action)
                 campaign.findings.append(finding)
+        if repeated.any() and not repeated.all():
+            run.leave_out(repeated)
+
+
+def check_asynchronous(campaign: Campaign) -> None:
+    """Report angles that are not simultaneous."""
     lags = [(run, lag) for run in campaign.runs if (lag := lag_of(run)) is not None]
     for run, lag in lags:
         action = (
@@ -80,8 +87,9 @@ def clock_of(values: FloatArray) -> int:
     size = np.abs(step[new])
     if usual == 1:
         return 1 if regular >= REGULAR_SHARE else 0
-    alike = float(np.median(size)) < SPREAD * float(np.quantile(size, 0.1))
-    return usual if regular >= REGULAR_SHARE and not alike else 0
+    count = count_rad(values)
+    counts = count is not None and round(float(np.median(size)) / count) <= 1
+    return usual if regular >= REGULAR_SHARE and not counts else 0
 
 
 def lag_of(run: Run) -> float | None:

@@ -19,6 +19,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
+from lostmotion.recordings.bursts import BURST
 from lostmotion.recordings.campaign import Campaign, Run
 from lostmotion.recordings.findings import Finding
 
@@ -49,9 +50,6 @@ of turns, a jump of the output while the input is at rest may be either."""
 
 STRAY_SHARE = 0.005
 """Largest share of readings of an encoder that wraps that may be outside its range."""
-
-BURST = 5
-"""Longest burst of wild samples."""
 
 COUNTER_BITS = (8, 16, 24, 32)
 """Usual widths of counter registers in bits."""

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from lostmotion.errors import InputError, shorten
 from lostmotion.files import reason
-from lostmotion.recordings.asynchronous import check_asynchronous
+from lostmotion.recordings.asynchronous import check_asynchronous, leave_out_repeated
 from lostmotion.recordings.bags import (
     HEADER_STAMP,
     RECEIVE_TIME,
@@ -76,6 +76,13 @@ RATIO_EXPECTED = (
     "lost_motion_rad"
 )
 """What a recording of two angles needs."""
+
+ONE_ANGLE = ("only input_angle", "only output_angle")
+TOGETHER = (
+    "one file with both angles: the rows of the files joined by their time (--join does this for "
+    "the topics of a ROS 2 bag)"
+)
+"""What is expected of files with one encoder each."""
 
 LEADING = {"torque", "input_angle", "output_angle", "lost_motion", "motor_torque", "motor_current"}
 """Quantities of which the slowest defines the rows of joined columns."""
@@ -192,7 +199,13 @@ def read_campaign(
     findings: list[Finding] = []
     runs: list[Run] = []
     for file in files:
-        found = _read_file(file, dict(mapping or {}), ratio, findings, protocol, join)
+        try:
+            found = _read_file(file, dict(mapping or {}), ratio, findings, protocol, join)
+        except InputError as error:
+            if len(files) > 1 and error.found.startswith(ONE_ANGLE):
+                expected = f"{error.expected}; or {TOGETHER}"
+                raise InputError(error.file, error.key, error.found, expected) from None
+            raise
         LOG.info("read %s: %d rows in %d runs", file, sum(map(len, found)), len(found))
         runs.extend(found)
     return judged(runs, findings, ratio)
@@ -221,6 +234,7 @@ def judged(runs: list[Run], findings: list[Finding], ratio: float | None) -> Cam
     name_apart(runs)
     campaign = Campaign(without_single(runs, findings), findings)
     note_missing(campaign)
+    leave_out_repeated(campaign)
     set_wild_aside(campaign)
     check_ratio(campaign, ratio)
     bring_together(campaign, ratio)

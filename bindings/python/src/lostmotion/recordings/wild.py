@@ -104,6 +104,7 @@ PLAUSIBLE_SHARE = 0.01
 sensors."""
 
 LEFT_OUT = "outliers; rows left out"
+AT_END = "outliers, or a slip at an end of the run, which ends too early to tell; rows left out"
 NOT_USED = "outliers; the column is not used for these rows"
 
 CHECKED = ("torque", "input_angle", "output_angle", "lost_motion")
@@ -138,7 +139,8 @@ def set_wild_aside(campaign: Campaign) -> None:
             continue
         for name, wild in wild_rows.items():
             if wild.any():
-                note(campaign, run, name, wild, LEFT_OUT)
+                at_end = name not in ("time", "torque") and (wild[0] or wild[-1])
+                note(campaign, run, name, wild, AT_END if at_end else LEFT_OUT)
         run.leave_out(aside)
 
 
