@@ -14,7 +14,7 @@ from lostmotion.fit.fitted_range import in_words
 from lostmotion.friction import WORDS
 from lostmotion.options import effects_of, whole_number
 from lostmotion.recordings import QUANTITIES, recording_files
-from lostmotion.report.wording import CROSS_VALIDATED
+from lostmotion.report.wording import CROSS_VALIDATED, event_text, explained_text
 from lostmotion.terminal import Progress, deliver, fixed, show_findings, show_table
 from lostmotion.units import plain_number
 
@@ -61,8 +61,7 @@ def show_comparison(result: Comparison) -> None:
     if answer["samples"] < SAMPLES_LEAST:
         show_few(result, answer, scale, unit)
         return
-    share = answer["explained_share"]
-    explains = f"{100 * share:.2f} %" if share > 0 else "nothing"
+    explains = explained_text(answer)
     print(
         f"fitted              {shown(answer['rms_arcsec'])}  (explains {explains} of the variance)"
     )
@@ -104,10 +103,7 @@ def show_comparison(result: Comparison) -> None:
     ]
     show_table(["covariate", "share", "p"], rows)
     for event in answer["events"]:
-        print(
-            f"sudden: run {event['run']} at {event['time_s']:.6g} s, "
-            f"{units.plain_number(event['size_arcsec'])} arcsec"
-        )
+        print(f"sudden: {event_text(event)}")
     if answer["not_testable"]:
         print("\nnot testable with these columns:")
         for column, effects in answer["not_testable"].items():
@@ -123,9 +119,7 @@ def show_few(result: Comparison, answer: dict[str, Any], scale: float, unit: str
 
     samples = answer["samples"]
     if result.few is None:
-        share = answer["explained_share"]
-        explains = f"{100 * share:.2f} %" if share > 0 else "nothing"
-        print(f"  (explains {explains} of the variance)")
+        print(f"  (explains {explained_text(answer)} of the variance)")
         few = f"{samples} sample{'s' if samples > 1 else ''}"
         print(f"{few} cannot be fitted: at least {SAMPLES_LEAST}; only the first line is valid")
     else:

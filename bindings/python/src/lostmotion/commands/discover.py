@@ -55,6 +55,7 @@ from lostmotion.report.wording import (
     NOT_FITTED,
     TOO_SMALL,
     confounded_with,
+    event_text,
 )
 from lostmotion.terminal import Progress, deliver, show_findings
 from lostmotion.threads import one_thread
@@ -252,10 +253,7 @@ def show_diagnosis(answer: Mapping[str, Any]) -> None:
             if "formula" in one:
                 print(f'  to fit it: fit --add "{one["formula"]}"')
     for event in answer["events"]:
-        print(
-            f"sudden: run {event['run']} at {event['time_s']:.6g} s, "
-            f"{plain_number(event['size_arcsec'])} arcsec"
-        )
+        print(f"sudden: {event_text(event)}")
     for one in answer["unexplained"]["depends_on"]:
         if one["shape"] in steps and "formula" in one:
             print(f'  to fit it: fit --add "{one["formula"]}"')

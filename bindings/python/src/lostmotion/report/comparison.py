@@ -16,7 +16,14 @@ from lostmotion.report.loops import error_unit, failures_figure, loops_figure
 from lostmotion.report.page import Notes, PageTable, Section
 from lostmotion.report.residual_grids import grids_figure
 from lostmotion.report.sources import sources_of
-from lostmotion.report.wording import CROSS_VALIDATED, grouped, with_zeros, words, written
+from lostmotion.report.wording import (
+    CROSS_VALIDATED,
+    explained_text,
+    grouped,
+    with_zeros,
+    words,
+    written,
+)
 from lostmotion.units import ARCMIN, ARCSEC
 
 NOTHING = 1e-9
@@ -37,12 +44,7 @@ def comparison_section(drive: Drive, result: Comparison, files: Sequence[str | P
         ("fitted, rms", shown(answer["rms_arcsec"])),
         (f"{left_out}, rms", shown(answer["heldout_rms_arcsec"])),
         (REPEATABILITY, shown(answer["noise_floor_arcsec"])),
-        (
-            "share of the variance explained",
-            f"{100 * answer['explained_share']:.2f} %"
-            if answer["explained_share"] > 0
-            else "nothing",
-        ),
+        ("share of the variance explained", explained_text(answer)),
         ("friction", WORDS[answer["friction"]]),
     ]
     runs = len(answer["by_run"])

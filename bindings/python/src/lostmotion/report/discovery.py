@@ -85,7 +85,6 @@ def diagnosis_section(drive: Drive, found: Diagnosis, files: Sequence[str | Path
     added = len(found.models) > 1
     floor = found.noise_floor_arcsec
     c = before.conditions
-    last = answer["ladder"][-1]
     lead = verdict_sentence({**answer, "effects": [*map(words, answer["effects"])]})
     for one in answer["unexplained"]["depends_on"]:
         lead += f" It depends on {words(one['covariate'])}: {with_signs(one['shape'])}."
@@ -94,19 +93,11 @@ def diagnosis_section(drive: Drive, found: Diagnosis, files: Sequence[str | Path
         lead,
         [
             ("verdict", answer["verdict"].replace("-", " ")),
-            (
-                "error of the baseline model, rms",
-                f"{with_zeros(answer['ladder'][0]['rms_arcsec'])} arcsec",
-            ),
-            ("with the effects found, rms", f"{with_zeros(last['rms_arcsec'])} arcsec"),
-            (
-                "leave-one-run-out error, rms",
-                f"{with_zeros(last['rms_heldout_arcsec'])} arcsec",
-            ),
-            (NOISE_FLOOR, f"{with_zeros(floor)} arcsec"),
-            (
-                "noise within runs",
-                f"{with_zeros(answer['noise']['within_runs_arcsec'])} arcsec",
+            *_errors(
+                answer["ladder"],
+                "with the effects found, rms",
+                floor,
+                answer["noise"]["within_runs_arcsec"],
             ),
             ("samples", f"{grouped(str(answer['samples']))} in {count_runs(answer['runs'])}"),
         ],
@@ -151,6 +142,20 @@ def diagnosis_section(drive: Drive, found: Diagnosis, files: Sequence[str | Path
         lines = [f"{words(name)}: {why}" for name, why in answer["not_testable"].items()]
         blocks.append(Notes("Not testable with these recordings", lines, folded=True))
     return section
+
+
+def _errors(
+    ladder: Sequence[Mapping[str, Any]], with_effects: str, floor: float, within: float
+) -> list[tuple[str, str]]:
+    """Errors of a fit among the main results."""
+    errors = (
+        ("error of the baseline model, rms", ladder[0]["rms_arcsec"]),
+        (with_effects, ladder[-1]["rms_arcsec"]),
+        ("leave-one-run-out error, rms", ladder[-1]["rms_heldout_arcsec"]),
+        (NOISE_FLOOR, floor),
+        ("noise within runs", within),
+    )
+    return [(name, f"{with_zeros(value)} arcsec") for name, value in errors]
 
 
 def _contest(answer: dict[str, Any]) -> PageTable:
@@ -261,14 +266,7 @@ def fit_section(drive: Drive, model: FittedModel, files: Sequence[str | Path]) -
         f"{with_zeros(last['rms_heldout_arcsec'])} arcsec. The noise floor is {with_zeros(floor)} "
         "arcsec.",
         [
-            ("error of the baseline model, rms", f"{with_zeros(first['rms_arcsec'])} arcsec"),
-            ("with effects, rms", f"{with_zeros(last['rms_arcsec'])} arcsec"),
-            (
-                "leave-one-run-out error, rms",
-                f"{with_zeros(last['rms_heldout_arcsec'])} arcsec",
-            ),
-            (NOISE_FLOOR, f"{with_zeros(floor)} arcsec"),
-            ("noise within runs", f"{with_zeros(model.within_runs_arcsec)} arcsec"),
+            *_errors(model.ladder, "with effects, rms", floor, model.within_runs_arcsec),
             ("samples", f"{grouped(str(c.rows))} in {count_runs(c.runs)}"),
         ],
         [ladder_figure(model.ladder, floor, drive.name)],

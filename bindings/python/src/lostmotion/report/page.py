@@ -152,10 +152,6 @@ def render(title: str, lead: str, sections: Sequence[Section], command: str) -> 
             if isinstance(block, Figure):
                 figures += 1
                 out.append(_figure(block, figures))
-            elif isinstance(block, PageTable):
-                out.append(rows_html(block))
-            elif isinstance(block, Raw):
-                out.append(block.html)
             elif isinstance(block, Chart):
                 figures += 1
                 charts += 1
@@ -165,7 +161,7 @@ def render(title: str, lead: str, sections: Sequence[Section], command: str) -> 
                     chart_html(block, place, number, numbers_link(block.name, block.columns))
                 )
             else:
-                out.append(notes_html(block))
+                out.append(markup(block))
         out.append("</section>")
     out.append("</main>")
     if any('class="chart"' in part for part in out):
@@ -173,6 +169,13 @@ def render(title: str, lead: str, sections: Sequence[Section], command: str) -> 
     out.append(_provenance(sections, command))
     out.append("</body></html>")
     return "\n".join(out) + "\n"
+
+
+def markup(block: PageTable | Notes | Raw) -> str:
+    """Write a block that is no figure."""
+    if isinstance(block, PageTable):
+        return rows_html(block)
+    return block.html if isinstance(block, Raw) else notes_html(block)
 
 
 def facts_html(facts: Sequence[tuple[str, str]]) -> str:

@@ -140,6 +140,18 @@ def split_quantity(name: str, value: float) -> tuple[str, float, str]:
     return parameter(stem), 1.0 / DEGREE, unit_text("deg" + per + rest)
 
 
+def event_text(event: Mapping[str, Any]) -> str:
+    """Describe a sudden event of an answer."""
+    size = plain_number(event["size_arcsec"])
+    return f"run {event['run']} at {event['time_s']:.6g} s, {size} arcsec"
+
+
+def explained_text(answer: Mapping[str, Any]) -> str:
+    """Write the explained share of the variance of a comparison."""
+    share = answer["explained_share"]
+    return f"{100 * share:.2f} %" if share > 0 else "nothing"
+
+
 def angle_text(arcsec: float) -> str:
     """Write an angle in a unit that suits its size."""
     _, factor, unit = split_quantity("angle_rad", arcsec * ARCSEC)

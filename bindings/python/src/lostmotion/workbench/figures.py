@@ -8,18 +8,7 @@ from typing import Any
 
 from lostmotion.report.charts import Chart
 from lostmotion.report.figure_data import Columns
-from lostmotion.report.page import (
-    NARROW,
-    WIDE,
-    Figure,
-    Notes,
-    Raw,
-    Section,
-    facts_html,
-    notes_html,
-    rows_html,
-)
-from lostmotion.report.page import PageTable as TableRows
+from lostmotion.report.page import NARROW, WIDE, Figure, Section, facts_html, markup
 
 
 @dataclass(frozen=True)
@@ -62,12 +51,8 @@ def render_section(section: Section) -> Rendered:
     for block in section.blocks:
         if isinstance(block, Figure):
             out.parts.append(render_figure(block, out))
-        elif isinstance(block, TableRows):
-            out.parts.append(rows_html(block))
-        elif isinstance(block, Notes):
-            out.parts.append(notes_html(block))
-        elif isinstance(block, Raw):
-            out.parts.append(block.html)
+        elif not isinstance(block, Chart):
+            out.parts.append(markup(block))
         elif block.columns is not None:
             out.add_chart(block)
         # Residual plots have a panel of their own, of the current model.

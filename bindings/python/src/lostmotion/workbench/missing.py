@@ -21,7 +21,7 @@ from lostmotion.report.evidence import dots_figure
 from lostmotion.report.ladder import ladder_figure
 from lostmotion.report.page import PageTable, rows_html
 from lostmotion.report.svg import signs
-from lostmotion.report.wording import confounded_with, named_numbers, words
+from lostmotion.report.wording import confounded_with, event_text, named_numbers, words
 from lostmotion.workbench.bench import Bench
 from lostmotion.workbench.panel import Panel, action, choice, field
 from lostmotion.workbench.work import Work
@@ -109,11 +109,7 @@ class EffectsPanel(Panel):
             f"It depends on {one['covariate'].replace('_', ' ')}: {one['shape']}."
             for one in answer["unexplained"]["depends_on"]
         ]
-        lines += [
-            f"Sudden: run {event['run']} at {event['time_s']:.6g} s, {event['size_arcsec']:.3g} "
-            "arcsec."
-            for event in answer["events"]
-        ]
+        lines += [f"Sudden: {event_text(event)}." for event in answer["events"]]
         lines.append(answer["next_experiment"])
         text = "".join(f"<p>{escape(line)}</p>" for line in lines)
         self.html(f'<p class="verdict" id="verdict">{escape(sentence)}</p>{text}')
