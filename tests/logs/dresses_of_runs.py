@@ -90,6 +90,7 @@ def _second_joint(sheet: Sheet) -> Sheet:
     """The turning run of a joint of half the ratio, at another angle."""
     turning = sheet.taken(np.array(sheet.cells("run")) == TURNING)
     half = turning.turned_into("input_angle_rad", "input_angle_rad", 0.5)
+    half = half.turned_into("torque_Nm", "torque_Nm", 0.7)
     return half.turned_into("output_angle_rad", "output_angle_rad", 1.0, 1.5)
 
 
