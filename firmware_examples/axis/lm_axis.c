@@ -6,8 +6,8 @@
  * 2 pi times a tenth of the resonance, times the period. */
 #define FILTER 0.25f
 
-float lm_axis_reported(const lm_axis *a, float motor_rad) {
-  return motor_rad - a->correction.correction_rad + a->zero_rad;
+float lm_axis_reported(const lm_axis *a, float motor_over_ratio_rad) {
+  return motor_over_ratio_rad - a->correction.correction_rad + a->zero_rad;
 }
 
 static int is_finite(float value) {
@@ -47,14 +47,15 @@ static lm_status refuse(lm_fault *fault, lm_status status, const char *input, fl
 }
 
 lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_axis_kept *kept,
-                           const lm_conditions *at, float motor_rad, float zero_rad,
+                           const lm_conditions *at, float motor_over_ratio_rad, float zero_rad,
                            lm_fault *fault) {
   lm_conditions first = *at;
   lm_status status;
   memset(a, 0, sizeof *a);
-  if (!is_angle(motor_rad) || !is_angle(zero_rad)) {
-    return is_angle(zero_rad) ? refuse(fault, LM_OUT_OF_RANGE, "motor_rad", motor_rad)
-                              : refuse(fault, LM_OUT_OF_RANGE, "zero_rad", zero_rad);
+  if (!is_angle(motor_over_ratio_rad) || !is_angle(zero_rad)) {
+    return is_angle(zero_rad)
+               ? refuse(fault, LM_OUT_OF_RANGE, "motor_over_ratio_rad", motor_over_ratio_rad)
+               : refuse(fault, LM_OUT_OF_RANGE, "zero_rad", zero_rad);
   }
   status = lm_start_compensator(&a->compensator, parameters, at->torque_Nm, fault);
   if (status != LM_OK) {
@@ -77,9 +78,9 @@ lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_axis_
   a->waits = LM_AXIS_WAITS_STAND;
   a->mode = LM_MODE_RUN;
   a->zero_rad = zero_rad;
-  a->stood_at_rad = motor_rad;
-  a->setpoint_rad = motor_rad;
-  a->command_rad = lm_axis_reported(a, motor_rad);
+  a->stood_at_rad = motor_over_ratio_rad;
+  a->setpoint_rad = motor_over_ratio_rad;
+  a->command_rad = lm_axis_reported(a, motor_over_ratio_rad);
   return LM_OK;
 }
 
@@ -190,17 +191,18 @@ static void judge_ringing(lm_axis *a) {
   }
 }
 
-/* The target is not that of the actual load, or the open motor moves. */
+/* The target is not that of the actual load, the open motor moves, or its angle is lost. */
 #define NOT_TO_CLOSE (LM_STATE_CONDITION_MISSING | LM_STATE_INPUT_REFUSED)
-static lm_axis_wait judge_standstill(lm_axis *a, float motor_rad) {
+static lm_axis_wait judge_standstill(lm_axis *a, float motor_over_ratio_rad) {
   const int missing = a->input_missing || (a->correction.status & NOT_TO_CLOSE);
-  const int moves =
-      a->state == LM_AXIS_OPEN &&
-      (!is_angle(motor_rad) || !(size(motor_rad - a->stood_at_rad) < LM_AXIS_STILL_RAD));
+  const int moves = a->state == LM_AXIS_OPEN
+                        ? !is_angle(motor_over_ratio_rad) ||
+                              !(size(motor_over_ratio_rad - a->stood_at_rad) < LM_AXIS_STILL_RAD)
+                        : !is_finite(motor_over_ratio_rad);
   a->stood_s = lm_find_standstill(&a->compensator, &a->standstill);
   a->input_missing = 0;
   if (moves || missing) {
-    a->stood_at_rad = motor_rad;
+    a->stood_at_rad = motor_over_ratio_rad;
     forget_standstill(a);
   }
   return moves                     ? LM_AXIS_WAITS_MOTOR
@@ -223,16 +225,26 @@ static void follow(lm_axis *a, float wish_rad, float moved_rad) {
     a->command_rad = wish_rad;
   }
   a->moved_rad = a->command_rad - before_rad;
-  a->planner_rests = size(a->moved_rad) <= 0;
+  a->rested_s = size(a->moved_rad) <= 0 ? a->rested_s + a->period_s : 0;
 }
 
-float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_rad, float wish_rad) {
+float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_rad, float wish_rad,
+                   int follows) {
+  lm_conditions now = *at;
   if (a->state == LM_AXIS_OFF) {
     a->waits = LM_AXIS_WAITS_START;
     return a->setpoint_rad;
   }
-  a->correction = lm_step_compensator(&a->compensator, at);
-  a->waits = judge_standstill(a, motor_rad);
+  if (!a->begun) {
+    now.elapsed_s = 0; /* a start takes longer than a period */
+    a->begun = 1;
+  }
+  a->correction = lm_step_compensator(&a->compensator, &now);
+  if (a->state == LM_AXIS_CLOSED && !(follows && is_finite(motor_over_ratio_rad))) {
+    a->state = LM_AXIS_PAUSED;
+    forget_standstill(a);
+  }
+  a->waits = judge_standstill(a, motor_over_ratio_rad);
   judge_ringing(a);
   if (a->state == LM_AXIS_CLOSED) {
     a->waits = LM_AXIS_READY;
@@ -243,17 +255,18 @@ float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_rad, float w
   a->moved_rad = 0;
   a->correction.velocity_rad_s = 0; /* the motor does not follow */
   a->correction.acceleration_rad_s2 = 0;
-  if (a->state == LM_AXIS_OPEN && is_finite(motor_rad)) {
-    a->setpoint_rad = motor_rad; /* no position error */
+  if (a->state == LM_AXIS_OPEN && is_finite(motor_over_ratio_rad)) {
+    a->setpoint_rad = motor_over_ratio_rad; /* no position error */
   }
   a->command_rad = lm_axis_reported(a, a->setpoint_rad);
   if (a->state == LM_AXIS_PAUSED && a->waits == LM_AXIS_READY) {
     a->waits = a->source_waits                                       ? LM_AXIS_WAITS_SOURCE
+               : !follows                                            ? LM_AXIS_WAITS_DRIVE
                : size(wish_rad - a->command_rad) < LM_AXIS_STILL_RAD ? LM_AXIS_READY
                                                                      : LM_AXIS_WAITS_PLANNER;
     a->state = a->waits == LM_AXIS_READY ? LM_AXIS_CLOSED : LM_AXIS_PAUSED;
     a->late_rad = 0;
-    a->planner_rests = 0;
+    a->rested_s = 0;
   }
   return a->setpoint_rad;
 }
@@ -276,7 +289,7 @@ lm_axis_wait lm_axis_pause(lm_axis *a) {
   if (a->state < LM_AXIS_PAUSED) {
     return a->state == LM_AXIS_OFF ? LM_AXIS_WAITS_START : LM_AXIS_WAITS_LOOP;
   }
-  if (a->state == LM_AXIS_CLOSED && !a->planner_rests) {
+  if (a->state == LM_AXIS_CLOSED && a->rested_s < LM_AXIS_REST_S) {
     return LM_AXIS_WAITS_PLANNER;
   }
   a->state = LM_AXIS_PAUSED;
@@ -318,8 +331,8 @@ lm_status lm_axis_change(lm_axis *a, const lm_parameters *parameters, lm_fault *
   return status;
 }
 
-float lm_axis_reference(lm_axis *a, float motor_rad, float angle_rad) {
-  const float shift_rad = angle_rad - lm_axis_reported(a, motor_rad);
+float lm_axis_reference(lm_axis *a, float motor_over_ratio_rad, float angle_rad) {
+  const float shift_rad = angle_rad - lm_axis_reported(a, motor_over_ratio_rad);
   const float follows_rad = a->correction.correction_rad + a->correction.lost_motion_rad;
   if (a->state == LM_AXIS_OFF || !is_angle(a->zero_rad + shift_rad)) {
     return -1;
@@ -339,6 +352,12 @@ void lm_axis_turn(lm_axis *a, float by_rad) {
   a->setpoint_rad += by_rad;
   a->stood_at_rad += by_rad;
   a->command_rad += by_rad;
+}
+
+void lm_axis_origin(lm_axis *a, float by_rad) {
+  a->setpoint_rad += by_rad;
+  a->stood_at_rad += by_rad;
+  a->zero_rad -= by_rad;
 }
 
 lm_axis_wait lm_axis_power_down(lm_axis *a, lm_axis_kept *kept) {

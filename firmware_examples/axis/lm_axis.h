@@ -2,9 +2,10 @@
  * encoder and a brake on the motor. (A loop on an encoder at the output must not use it: page
  * "Integration".) The page has the sequence; each function states what it refuses.
  *
- * motor_rad is always motor angle / signed ratio, a float within +-LM_AXIS_ANGLE_MAX_RAD: subtract
- * a fixed origin from the encoder's counts as integers, then convert. NaN: not measured, too old.
- * The motor's velocity comes from differences of counts, not of motor_rad. */
+ * motor_over_ratio_rad is the motor angle / signed ratio, not the motor angle: a float within
+ * +-LM_AXIS_ANGLE_MAX_RAD: subtract a fixed origin from the encoder's counts as integers, then
+ * convert. NaN: not measured, too old. The motor's velocity comes from differences of counts, not
+ * of motor_over_ratio_rad. */
 #ifndef LM_AXIS_H
 #define LM_AXIS_H
 
@@ -26,10 +27,13 @@
 /* After the release of the brake the motor current is not used for this time. */
 #define LM_AXIS_RELEASE_S 1.0f
 
+/* The planner is at rest if its wish has not changed for this time: longer than its period. */
+#define LM_AXIS_REST_S 0.02f
+
 typedef enum lm_axis_state {
   LM_AXIS_OFF = 0, /* not started */
   LM_AXIS_OPEN,    /* position loop open, brake on: the setpoint is the measured angle */
-  LM_AXIS_PAUSED,  /* position loop closed, the setpoint stays; command_rad follows */
+  LM_AXIS_PAUSED,  /* the setpoint stays; command_rad follows the correction */
   LM_AXIS_CLOSED   /* position loop closed on planner and correction */
 } lm_axis_state;
 
@@ -43,6 +47,7 @@ typedef enum lm_axis_wait {
   LM_AXIS_WAITS_STAND,     /* the correction has not stood for LM_AXIS_STAND */
   LM_AXIS_WAITS_SOURCE,    /* the brake has not been released for LM_AXIS_RELEASE_S, or the
                               measured torque is not in use */
+  LM_AXIS_WAITS_DRIVE,     /* the drive does not follow, and for nothing else */
   LM_AXIS_WAITS_PLANNER    /* to close: the planner is not at command_rad; to pause: it moves */
 } lm_axis_wait;
 
@@ -54,11 +59,11 @@ typedef struct lm_axis {
   lm_compensator compensator;
   lm_correction correction; /* of this tick, with the status and the rates for a feed-forward, which
                                are 0 unless LM_AXIS_CLOSED */
-  float setpoint_rad;       /* last one, motor angle / ratio */
+  float setpoint_rad;       /* last one, motor angle / signed ratio */
   float command_rad;        /* commanded output angle; the reported one unless LM_AXIS_CLOSED */
   float moved_rad;          /* change of the command in this tick, for lm_guess_torque */
-  float zero_rad;           /* reported angle at motor_rad 0 and correction 0: store it */
-  float late_rad;           /* shift of the zero that the planner has not made yet */
+  float zero_rad; /* reported angle at motor_over_ratio_rad 0 and correction 0: store it */
+  float late_rad; /* shift of the zero that the planner has not made yet */
   lm_mode mode;
   lm_standstill standstill;
   float period_s;
@@ -66,7 +71,8 @@ typedef struct lm_axis {
   float stood_s;
   float stood_at_rad; /* of the motor, with the loop open */
   int rang;           /* LM_STATE_RINGING was set while the loop was closed */
-  int planner_rests;
+  int begun;          /* first tick */
+  float rested_s;
   int input_missing;
   lm_axis_source source; /* of the torque */
   int source_waits;      /* another one was requested in this tick */
@@ -81,32 +87,35 @@ typedef struct lm_axis {
   float released_s;
 } lm_axis;
 
-/* What lm_axis_power_down saves, for memory that survives. */
+/* What lm_axis_power_down saves, for memory that survives. beyond_Nm: what a measurement added to
+ * the torque of the command; set it to 0 if the payload changed meanwhile. */
 typedef struct lm_axis_kept {
   lm_saved history;
   float beyond_Nm;
 } lm_axis_kept;
 
 /* Power-up, the loop open, the brake on. at: the conditions, with the torque of the command:
- * gravity at motor_rad + zero_rad. zero_rad: the stored zero of an absolute encoder, otherwise 0.
- * kept: of the last power-down, or null. It is used up: write *kept back to its memory before the
- * loop closes, so that a later reset does not restore it again. Errors: those of
- * lm_start_compensator; LM_OUT_OF_RANGE ("motor_rad", "zero_rad": not finite or beyond
- * LM_AXIS_ANGLE_MAX_RAD). Then the axis is off, and the setpoint is 0. A measured torque: then
- * lm_declare_torque_error. */
+ * gravity at motor_over_ratio_rad + zero_rad. zero_rad: the stored zero of an absolute encoder,
+ * otherwise 0. kept: of the last power-down, or null. It is used up: write *kept back to its
+ * memory before the loop closes, so that a later reset does not restore it again. Errors: those of
+ * lm_start_compensator; LM_OUT_OF_RANGE ("motor_over_ratio_rad", "zero_rad": not finite or beyond
+ * LM_AXIS_ANGLE_MAX_RAD). Then the axis is off, and the setpoint 0 means nothing. A measured
+ * torque: then lm_declare_torque_error. */
 lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_axis_kept *kept,
-                           const lm_conditions *at, float motor_rad, float zero_rad,
+                           const lm_conditions *at, float motor_over_ratio_rad, float zero_rad,
                            lm_fault *fault);
 
 /* The torque for lm_conditions: one of the three in every tick, before lm_axis_tick, in all states.
  * commanded_Nm: gravity at command_rad minus inertia times the planner's acceleration of the output
  * (compensator.h: signs); 0 if unknown. They filter at a tenth of the resonance for which the
- * parameters were exported. The torque does not jump when its source or the zero changes.
+ * parameters were exported. The torque does not jump when its source or the zero changes: the
+ * command keeps the last difference to a measurement, until power-up with beyond_Nm 0.
  *
- * sensed_Nm, not filtered, between two samples the last one: minus what a sensor between gear and link measures as the torque of the
- * gear on the link. If it is not finite for the time of LM_AXIS_STAND, the torque of the command
- * plus the last difference is used until the axis is paused or open: raise an alarm while
- * source_waits is set. */
+ * sensed_Nm: minus the torque of the gear on the link, which a sensor between them measures. Not
+ * filtered; between two samples the last one. If it is not finite for the time of LM_AXIS_STAND,
+ * the torque of the command plus the last difference is used until the axis is paused or open:
+ * raise an alarm while source_waits is set. The axis does not close without it: to continue, call
+ * lm_axis_use_command instead. */
 float lm_axis_use_command(lm_axis *a, float commanded_Nm);
 float lm_axis_use_sensor(lm_axis *a, float commanded_Nm, float sensed_Nm);
 
@@ -118,17 +127,25 @@ float lm_axis_use_sensor(lm_axis *a, float commanded_Nm, float sensed_Nm);
 float lm_axis_use_current(lm_axis *a, const lm_motor *motor, float commanded_Nm, float current_A,
                           float motor_rad_s, float acceleration_rad_s2, int released);
 
-/* Once in every period, in all states; after an overrun not twice. wish_rad: the output angle that
- * the planner requests. While the state is not LM_AXIS_CLOSED the planner is at rest at
- * command_rad. Returns the setpoint of the position loop, motor angle / ratio. A wish that is not
- * finite is replaced by the one before. */
-float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_rad, float wish_rad);
+/* Once in every period, in all states; after an overrun not twice; elapsed_s of the first one is
+ * ignored. wish_rad: the output angle that the planner requests, a new one in every tick:
+ * interpolate a slower planner. While the state is not LM_AXIS_CLOSED the planner is at rest at
+ * command_rad, exactly: it begins with a step by what it differs. A wish that is not finite is
+ * replaced by the one before. Returns the setpoint of the position loop, motor angle / signed
+ * ratio.
+ *
+ * follows: 1 while the drive reports that it follows the setpoint, and the brake has opened. With
+ * 0, or motor_over_ratio_rad not finite (lost bus), LM_AXIS_CLOSED becomes LM_AXIS_PAUSED: the
+ * setpoint stays at once, also in motion. LM_AXIS_PAUSED lasts until it is 1 and the angle is
+ * there. */
+float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_rad, float wish_rad,
+                   int follows);
 
-/* From LM_AXIS_OPEN to LM_AXIS_PAUSED. Call it in the cycle that enables the drive if this releases
- * the brake, otherwise before the brake is released. Not LM_AXIS_READY: the loop must not close
- * yet, try again in the next tick. lm_axis_tick then continues to LM_AXIS_CLOSED by itself; nothing
- * moves. Until the position loop bears the load, it yields by its own error: feed the load forward.
- * If the drive is not enabled in the end: lm_axis_open. */
+/* From LM_AXIS_OPEN to LM_AXIS_PAUSED. Call it in the cycle that enables the drive if this
+ * releases the brake, otherwise before the brake is released. Not LM_AXIS_READY: the loop must not
+ * close yet, try again in the next tick. lm_axis_tick continues to LM_AXIS_CLOSED by itself once
+ * the drive follows; nothing moves. Until the position loop bears the load, it yields by its own
+ * error: feed the load forward. If the drive is not enabled in the end: lm_axis_open. */
 lm_axis_wait lm_axis_close(lm_axis *a);
 
 /* When the brake bears the load, and at once when the drive leaves its position loop by itself
@@ -137,36 +154,44 @@ lm_axis_wait lm_axis_close(lm_axis *a);
 void lm_axis_open(lm_axis *a);
 
 /* From LM_AXIS_CLOSED to LM_AXIS_PAUSED, for whatever moves the correction although the load does
- * not: another source of the torque, an input angle that becomes known, the end of a headroom. Make
- * the change between this call and the next tick. lm_axis_tick goes back to LM_AXIS_CLOSED by
- * itself. Refused while the planner moves, and with the loop open. */
+ * not: another source of the torque, an input angle that becomes known, the end of a headroom.
+ * Make the change between this call and the next tick. lm_axis_tick goes back to LM_AXIS_CLOSED by
+ * itself, not while follows is 0: a monitored standstill. Refused until the planner has been at
+ * rest for LM_AXIS_REST_S, and with the loop open. */
 lm_axis_wait lm_axis_pause(lm_axis *a);
 
 /* Another mode, other parameters. LM_AXIS_CLOSED is paused first, except for LM_MODE_HOLD, so that
  * nothing moves: refused while the planner moves (LM_INCONSISTENT, "wish_rad"). Otherwise the
- * results of lm_change_parameters. LM_MODE_RESET, then LM_MODE_RUN, ends the ringing. */
+ * results of lm_change_parameters. LM_MODE_RESET and in the same tick LM_MODE_RUN
+ * end the ringing. */
 lm_axis_wait lm_axis_set_mode(lm_axis *a, lm_mode mode);
 lm_status lm_axis_change(lm_axis *a, const lm_parameters *parameters, lm_fault *fault);
 
 /* States that the output is now at angle_rad, at rest or in motion. The planner shifts with
  * command_rad; nothing moves, even if it does so some ticks later (a shift below
- * LM_AXIS_STILL_RAD: at once). Returns by how much the zero may
- * be wrong, rad, if the torque is right: an error of the torque adds its own wind-up. If that is
- * too much, drive a load cycle and home again. If gravity was computed with the zero of before:
- * then lm_axis_pause, with which the torque of the command takes its new value. Off, or an angle
- * that is not valid: returns -1 and changes nothing. */
-float lm_axis_reference(lm_axis *a, float motor_rad, float angle_rad);
+ * LM_AXIS_STILL_RAD: at once): add the change of zero_rad to its position and its target, its
+ * velocity stays. motor_over_ratio_rad: latched at the switch. Returns by how much the zero may be
+ * wrong, rad, if the torque is right: an error of the torque adds its own wind-up. If that is too
+ * much, drive a load cycle and home again. If gravity was computed with the zero of before: then
+ * lm_axis_pause, with which the torque of the command takes its new value. Off, or an angle that
+ * is not valid: returns -1 and changes nothing. */
+float lm_axis_reference(lm_axis *a, float motor_over_ratio_rad, float angle_rad);
 
 /* For an axis that turns without end: whole turns of the output were added to the origin of
- * motor_rad, command and planner (by_rad: -2 pi, for example). Call it before the tick with the new
- * angles. */
+ * motor_over_ratio_rad, command and planner (by_rad: -2 pi, for example). Call it before the tick
+ * with the new angles. */
 void lm_axis_turn(lm_axis *a, float by_rad);
+
+/* The origin of motor_over_ratio_rad has changed, the axis has not moved: motor_over_ratio_rad is
+ * greater by by_rad at the same place (homing by the drive, while open). Call it before the tick
+ * with the new angles; store zero_rad again. */
+void lm_axis_origin(lm_axis *a, float by_rad);
 
 /* Saves the history; the axis is off then, and a new start is a power-up. Not LM_AXIS_READY: the
  * loop is closed, or correction and motor have not stood: nothing was saved, try again. */
 lm_axis_wait lm_axis_power_down(lm_axis *a, lm_axis_kept *kept);
 
 /* Actual output angle. */
-float lm_axis_reported(const lm_axis *a, float motor_rad);
+float lm_axis_reported(const lm_axis *a, float motor_over_ratio_rad);
 
 #endif

@@ -30,6 +30,7 @@ typedef struct joint {
   lm_axis drive;
   lm_memory gear;
   float motor_rad, twist_rad, wish_rad;
+  int apart; /* the drive does not follow */
 } joint;
 
 static float output(const joint *j) {
@@ -57,7 +58,7 @@ static void run(joint *j, int ticks, float torque_Nm, float rate_rad) {
   int k;
   for (k = 1; k <= ticks; ++k) {
     j->wish_rad = from_rad + rate_rad * (float)k;
-    j->motor_rad = lm_axis_tick(&j->drive, &at, j->motor_rad, j->wish_rad);
+    j->motor_rad = lm_axis_tick(&j->drive, &at, j->motor_rad, j->wish_rad, !j->apart);
     j->twist_rad = lm_step_model(&joint_parameters, &j->gear, &at);
     if (j->drive.state != LM_AXIS_CLOSED) {
       j->wish_rad = j->drive.command_rad;
@@ -225,7 +226,7 @@ static int confuse_planner(joint *j) {
     return 1;
   }
   for (k = 0; k < STAND_TICKS; ++k) {
-    j->motor_rad = lm_axis_tick(&j->drive, &at, j->motor_rad, 0);
+    j->motor_rad = lm_axis_tick(&j->drive, &at, j->motor_rad, 0, 1);
   }
   if (size(j->motor_rad - before_rad) > 0 || j->drive.waits != LM_AXIS_WAITS_PLANNER) {
     return 1;
@@ -241,7 +242,7 @@ static int confuse_planner(joint *j) {
   (void)lm_axis_reference(&j->drive, j->motor_rad, j->drive.command_rad + 0.7f);
   for (k = 1; k <= 10; ++k) {
     wish_rad += FAST_RAD + (k == 4 ? 0.7f : 0);
-    j->motor_rad = lm_axis_tick(&j->drive, &at, j->motor_rad, wish_rad);
+    j->motor_rad = lm_axis_tick(&j->drive, &at, j->motor_rad, wish_rad, 1);
     if (size(j->motor_rad - before_rad - FAST_RAD * (float)k) > ARRIVED_RAD ||
         size(j->drive.moved_rad - FAST_RAD) > STILL_RAD) {
       return 1;
@@ -260,17 +261,96 @@ static int confuse_planner(joint *j) {
   if (size(j->drive.late_rad) > 0) {
     return 1;
   }
-  for (k = 0; k < 2; ++k) {
-    const float turn_rad = k == 0 ? TURN_RAD : -TURN_RAD;
+  for (k = 0; k < 4; ++k) {
+    const float turn_rad = k % 2 == 0 ? TURN_RAD : -TURN_RAD;
+    const float place_rad = lm_axis_reported(&j->drive, j->motor_rad);
     before_rad = j->motor_rad + turn_rad;
     if (k == 1 && lm_axis_pause(&j->drive)) {
       return 1;
     }
-    lm_axis_turn(&j->drive, turn_rad);
+    if (k < 2) {
+      lm_axis_turn(&j->drive, turn_rad);
+    } else {
+      lm_axis_origin(&j->drive, turn_rad);
+    }
     j->motor_rad += turn_rad;
+    if (k >= 2 && size(lm_axis_reported(&j->drive, j->motor_rad) - place_rad) > STILL_RAD) {
+      return 1;
+    }
     j->wish_rad = j->drive.command_rad;
     run(j, 10, LOAD_NM, 0);
     if (join(j) > STILL_RAD || size(j->motor_rad - before_rad) > STILL_RAD) {
+      return 1;
+    }
+  }
+  return 0;
+}
+
+/* While the drive does not follow, nothing moves, also under a push, and the planner does not
+ * begin. */
+static int wait_for_drive(joint *j) {
+  const float before_rad = j->motor_rad;
+  j->apart = 1;
+  run(j, STAND_TICKS, LOAD_NM, 0);
+  if (j->drive.state != LM_AXIS_PAUSED || j->drive.waits != LM_AXIS_WAITS_DRIVE) {
+    return 1;
+  }
+  run(j, STAND_TICKS, LOAD_NM + PUSH_NM, 0);
+  if (size(j->motor_rad - before_rad) > 0 || j->drive.state != LM_AXIS_PAUSED) {
+    return 1;
+  }
+  j->apart = 0;
+  return join(j) > STILL_RAD;
+}
+
+/* Angles and torque are lost in motion, and return: no jump, although the planner went on. */
+static int lose_bus(joint *j) {
+  const lm_conditions none = conditions(LM_UNKNOWN);
+  float before_rad;
+  int k;
+  run(j, 10, LOAD_NM, FAST_RAD);
+  before_rad = j->motor_rad;
+  for (k = 1; k <= 40; ++k) {
+    const float wish_rad = j->wish_rad + FAST_RAD * (float)k;
+    if (size(lm_axis_tick(&j->drive, &none, not_a_number(), wish_rad, 1) - before_rad) > 0 ||
+        j->drive.state != LM_AXIS_PAUSED || j->drive.waits != LM_AXIS_WAITS_MOTOR) {
+      return 1;
+    }
+  }
+  run(j, 10, LOAD_NM, 0);
+  return j->drive.state != LM_AXIS_PAUSED || join(j) > ARRIVED_RAD ||
+         size(j->motor_rad - before_rad) > ARRIVED_RAD;
+}
+
+/* A planner with half the rate of the tick, or one wish that is no number, is not at rest: nothing
+ * is held in motion. */
+static int plan_slowly(joint *j) {
+  const lm_conditions at = conditions(LOAD_NM);
+  int k;
+  for (k = 0; k < 20; ++k) {
+    j->wish_rad += k % 2 ? 0 : FAST_RAD;
+    j->motor_rad =
+        lm_axis_tick(&j->drive, &at, j->motor_rad, k == 19 ? not_a_number() : j->wish_rad, 1);
+    if (!lm_axis_pause(&j->drive)) {
+      return 1;
+    }
+  }
+  run(j, 200, LOAD_NM, 0);
+  return lm_axis_pause(&j->drive) || join(j) > STILL_RAD;
+}
+
+/* The first tick may be late, the second one not. */
+static int start_late(void) {
+  static lm_axis axis;
+  lm_conditions at = conditions(LOAD_NM);
+  int k;
+  if (lm_axis_power_up(&axis, &joint_parameters, 0, &at, 0, 0, 0) != LM_OK) {
+    return 1;
+  }
+  at.elapsed_s = 100 * PERIOD_S;
+  for (k = 0; k < 2; ++k) {
+    (void)lm_axis_tick(&axis, &at, 0, 0, 0);
+    if (((axis.correction.status & LM_STATE_PERIOD_WRONG) != 0) != (k == 1)) {
       return 1;
     }
   }
@@ -285,7 +365,7 @@ static int refuse_angles(void) {
   lm_fault fault;
   int k;
   if (lm_axis_power_up(&axis, &joint_parameters, 0, &at, none, 0, &fault) != LM_OUT_OF_RANGE ||
-      size(lm_axis_tick(&axis, &at, none, 0)) > 0 ||
+      size(lm_axis_tick(&axis, &at, none, 0, 1)) > 0 ||
       lm_axis_power_up(&axis, &joint_parameters, 0, &at, 257, 0, &fault) != LM_OUT_OF_RANGE ||
       fault.input[0] != 'm' ||
       lm_axis_power_up(&axis, &joint_parameters, 0, &at, 0, none, &fault) != LM_OUT_OF_RANGE ||
@@ -294,14 +374,14 @@ static int refuse_angles(void) {
     return 1;
   }
   for (k = 0; k < STAND_TICKS; ++k) {
-    (void)lm_axis_tick(&axis, &at, 40, 0);
+    (void)lm_axis_tick(&axis, &at, 40, 0, 1);
   }
   if (lm_axis_close(&axis) != LM_AXIS_WAITS_MOTOR) {
     return 1;
   }
   /* Another mode after the tick: not yet. */
   for (k = 0; k < STAND_TICKS; ++k) {
-    (void)lm_axis_tick(&axis, &at, 0, 0);
+    (void)lm_axis_tick(&axis, &at, 0, 0, 1);
   }
   (void)lm_axis_set_mode(&axis, LM_MODE_RESET);
   return lm_axis_close(&axis) != LM_AXIS_WAITS_STAND;
@@ -435,6 +515,12 @@ int axis_story(float *most_rad) {
   }
   if (confuse_planner(&j)) {
     return 19;
+  }
+  if (wait_for_drive(&j) || plan_slowly(&j) || start_late()) {
+    return 20;
+  }
+  if (lose_bus(&j)) {
+    return 21;
   }
   /* Brake, power-down with the history and a payload that a sensor measured, power-up without the
    * sensor: nothing moves, and the history is used up. */
