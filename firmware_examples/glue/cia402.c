@@ -63,6 +63,9 @@ lm_status cia402_start(cia402_axis *axis, const cia402_drive *drive,
   lm_status status;
   float period_s = period_of(drive);
   memset(axis, 0, sizeof *axis);
+  if (!in->valid) {
+    return refuse(fault, LM_INCONSISTENT, "valid", 0, 1, 1);
+  }
   if (drive->increments_per_rev < 1) {
     return refuse(fault, LM_OUT_OF_RANGE, "increments_per_rev", 0, 1, 4294967295.0f);
   }
@@ -134,7 +137,7 @@ void cia402_set_zero(cia402_axis *axis, float zero_rad) {
 float cia402_reference(cia402_axis *axis, const cia402_input *in, float angle_rad) {
   const float shift_rad = angle_rad - cia402_reported(axis, in);
   const float follows_rad = axis->correction.correction_rad + axis->correction.lost_motion_rad;
-  if (!is_finite(shift_rad)) {
+  if (!in->valid || !is_finite(shift_rad)) {
     return -1;
   }
   cia402_set_zero(axis, axis->zero_rad + shift_rad);
@@ -284,13 +287,44 @@ static void follow(cia402_axis *axis, float wish_rad) {
   axis->moved_rad = axis->command_rad - before_rad;
 }
 
+/* A lost bus: the drive may still follow the demand of before, or stop; the demand stays. */
+static cia402_output keep_demand(cia402_axis *axis, int32_t enable) {
+  if (axis->enabled) {
+    cia402_pause(axis);
+  }
+  axis->joined = 0;
+  axis->rest_s = 0;
+  find_stood(axis, 1);
+  axis->sent.position_offset = find_offset(axis);
+  axis->sent.velocity_offset = 0;
+  axis->sent.controlword = !axis->enabled ? CIA402_DISABLE_VOLTAGE
+                           : enable       ? CIA402_ENABLE
+                                          : CIA402_QUICK_STOP;
+  if (axis->held) {
+    axis->sent.target_position = axis->held_inc - axis->sent.position_offset;
+    axis->command_rad = angle_at(axis, axis->sent.target_position);
+  }
+  return axis->sent;
+}
+
+/* Never enabled again by itself: a fault, safe torque off, a lost bus. */
+static int32_t judge_enable(cia402_axis *axis, uint16_t statusword, int enabled, int32_t enable) {
+  const int fault = (statusword & CIA402_FAULT_MASK) != 0;
+  axis->tripped = enable && (axis->tripped || fault || (axis->enabled && !enabled));
+  axis->enabled = enabled;
+  return enable && !axis->tripped && !axis->saved;
+}
+
 cia402_output cia402_cycle(cia402_axis *axis, const cia402_input *in, const lm_conditions *at,
                            float wish_rad, int32_t enable) {
   const int enabled = (in->statusword & CIA402_STATE_MASK) == CIA402_OPERATION_ENABLED;
   float reported_rad = cia402_reported(axis, in);
   int32_t standing = output_increments(axis, in);
-  enable = enable && !axis->saved;
   axis->correction = lm_step_compensator(&axis->compensator, at);
+  if (!in->valid) {
+    return keep_demand(axis, enable);
+  }
+  enable = judge_enable(axis, in->statusword, enabled, enable);
   judge_ringing(axis, enabled);
   axis->held = axis->held && enabled;
   find_rest(axis, standing + axis->sent.position_offset, enabled);

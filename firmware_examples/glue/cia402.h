@@ -20,8 +20,7 @@
  * Mode: 0x6060 = 8 (CSP) before the drive is enabled; 0x60C2 is the sync period, which must equal
  * the period of the parameters. In modes PP, HM and CSV drives ignore 0x60B0 or add it
  * differently: keep the compensator in LM_MODE_HOLD (cia402_set_mode) while the drive homes itself
- * (mode HM). Set LM_MODE_RUN again while the drive is disabled, then enable it in CSP and call
- * cia402_reference.
+ * (mode HM). Then, while it is disabled, LM_MODE_RUN and cia402_reference; enable it in CSP.
  */
 #ifndef CIA402_H
 #define CIA402_H
@@ -36,6 +35,7 @@
 #define CIA402_QUICK_STOP_ACTIVE 0x07u
 #define CIA402_SWITCH_ON_DISABLED 0x40u
 #define CIA402_FAULT 0x08u
+#define CIA402_FAULT_MASK 0x08u /* set in FAULT and while the drive reacts to one */
 
 /* 0x6040 */
 #define CIA402_SHUTDOWN 0x06u
@@ -75,6 +75,7 @@ typedef struct cia402_output {
 typedef struct cia402_input {
   uint16_t statusword;
   int32_t position_actual;
+  int32_t valid; /* 1: of this cycle; 0: lost (working counter, bus) */
 } cia402_input;
 
 typedef struct cia402_axis {
@@ -90,6 +91,8 @@ typedef struct cia402_axis {
   float rest_s;     /* for which the motor has been at rest, the drive not enabled */
   int32_t rest_inc; /* where */
   int32_t saved;    /* cia402_power_down */
+  int32_t enabled;  /* in the last valid cycle */
+  int32_t tripped;  /* the drive was disabled by itself: not enabled until enable has been 0 */
   lm_mode mode;
   int32_t rang;          /* LM_STATE_RINGING was set while the drive was enabled */
   int32_t joined;        /* the planner has begun at command_rad */
@@ -103,12 +106,11 @@ typedef struct cia402_axis {
 } cia402_axis;
 
 /* Power-up: the drive is not enabled and has reported its position. Checks the parameters, and
- * that the sync period is theirs. kept: the history of the last power-down, or null. It is used up:
- * write *kept back to its memory before the drive is enabled, so that a later reset does not
- * restore it again. LM_OUT_OF_RANGE
- * ("increments_per_rev", "ratio", "period_exponent", "position_actual": beyond
- * CIA402_ANGLE_MAX_RAD from the origin), LM_INCONSISTENT ("period_s"), those of
- * lm_start_compensator. */
+ * that the sync period is theirs. A stored zero: cia402_set_zero. kept: the history of the last
+ * power-down, or null. It is used up: write *kept back to its memory before the drive is enabled,
+ * so that a later reset does not restore it again. LM_OUT_OF_RANGE ("increments_per_rev", "ratio",
+ * "period_exponent", "position_actual": beyond CIA402_ANGLE_MAX_RAD from the origin),
+ * LM_INCONSISTENT ("period_s"; "valid": the input is not), those of lm_start_compensator. */
 lm_status cia402_start(cia402_axis *axis, const cia402_drive *drive,
                        const lm_parameters *parameters, lm_saved *kept, const lm_conditions *at,
                        const cia402_input *in, lm_fault *fault);
@@ -124,20 +126,24 @@ lm_status cia402_start(cia402_axis *axis, const cia402_drive *drive,
 /* One sync period. wish_rad: the desired output angle. Until statusword reports OPERATION_ENABLED
  * it is not used, and the planner starts at command_rad of the cycle before, which follows the
  * output; the target stays there until wish_rad differs by less than CIA402_STILL_RAD. A wish_rad
- * that is not finite is replaced by the one before. enable 0: the target stays, quick
- * stop, then switched off (0x605A = 2; with 5 to 8 once the motor has been at rest for
- * CIA402_STAND; the drive closes the brake); 1: the drive is enabled once correction and motor have
- * stood for CIA402_STAND, an output_loop once the motor has and no condition is missing. Steps the
- * compensator in every state of the drive. */
+ * that is not finite is replaced by the one before. enable 0: the target stays, quick stop, then
+ * switched off (0x605A = 2; with 5 to 8 once the motor has been at rest for CIA402_STAND; the
+ * drive closes the brake); 1: the drive is enabled once correction and motor have stood for
+ * CIA402_STAND, an output_loop once the motor has and no condition is missing; after a fault or if
+ * it was disabled otherwise, not before enable has been 0 (tripped). Steps the compensator in
+ * every state of the drive.
+ *
+ * in->valid 0: the demand stays, as after cia402_pause; the same when the bus returns. Then the
+ * planner starts at command_rad, and cia402_resume. */
 cia402_output cia402_cycle(cia402_axis *axis, const cia402_input *in, const lm_conditions *at,
                            float wish_rad, int32_t enable);
 
-/* Holds the motor at its demand (lm_axis_pause), for whatever moves the correction although the load
- * does not: a mode, parameters, another source of the torque. Target plus offset then stays, and
- * command_rad follows the offset. The planner is at rest. cia402_resume returns 1 while the
+/* Holds the motor at its demand (lm_axis_pause), for whatever moves the correction although the
+ * load does not: a mode, parameters, another source of the torque. Target plus offset then stays,
+ * and command_rad follows the offset. The planner is at rest. cia402_resume returns 1 while the
  * correction has not stood for CIA402_STAND: call it again in the next cycle. After 0 the planner
- * starts at command_rad, as after enabling. With an output_loop the motor is not held: the loop holds the output, and
- * the velocity offset is 0 until the correction stands again. */
+ * starts at command_rad, as after enabling. With an output_loop the motor is not held: the loop
+ * holds the output, and the velocity offset is 0 until the correction stands again. */
 void cia402_pause(cia402_axis *axis);
 int32_t cia402_resume(cia402_axis *axis);
 
@@ -151,8 +157,10 @@ lm_status cia402_change(cia402_axis *axis, const lm_parameters *parameters, lm_f
 float cia402_reported(const cia402_axis *axis, const cia402_input *in);
 
 /* Homing: the output is now at angle_rad. command_rad shifts with the zero, the planner with it or
- * some cycles later (a shift below CIA402_STILL_RAD: at once): nothing moves if the torque does not depend on the angle (lm_axis_reference). Returns by how much the zero may be
- * wrong, rad, if the torque is right; -1, and changes nothing, if an angle is not finite. */
+ * some cycles later (a shift below CIA402_STILL_RAD: at once). Nothing moves if the torque does not
+ * depend on the angle. If it does (gravity): while the drive is disabled, or at rest between
+ * cia402_pause and cia402_resume. Returns by how much the zero may be wrong, rad, if the torque is
+ * right; -1, and changes nothing, if an angle is not finite or the input not valid. */
 float cia402_reference(cia402_axis *axis, const cia402_input *in, float angle_rad);
 
 /* A stored zero_rad of an absolute encoder, after cia402_start; ignored if it is not finite.

@@ -60,6 +60,7 @@ static cia402_input read_drive(const cell *c) {
   cia402_input in;
   in.statusword = c->drive.status;
   in.position_actual = c->drive.motor;
+  in.valid = 1;
   return in;
 }
 
@@ -225,6 +226,56 @@ static int check_planner(cell *c, float *wish_rad) {
   return c->axis.joined ? 0 : 29;
 }
 
+/* After a fault or a trip the drive is enabled by a new command alone. */
+static int check_trip(cell *c, float *wish_rad) {
+  const uint16_t trip[] = {CIA402_FAULT, CIA402_SWITCH_ON_DISABLED};
+  int k;
+  for (k = 0; k < 2; ++k) { /* a fault while disabled, reset by the host; safe torque off */
+    cycles(c, 1, LOAD_NM, wish_rad, 0, k);
+    c->drive.status = trip[k];
+    cycles(c, 1, LOAD_NM, wish_rad, 0, 1);
+    c->drive.status = CIA402_SWITCH_ON_DISABLED;
+    cycles(c, 2 * STAND_CYCLES, LOAD_NM, wish_rad, 0, 1);
+    if (c->drive.status != CIA402_SWITCH_ON_DISABLED) {
+      return 30;
+    }
+    cycles(c, 1, LOAD_NM, wish_rad, 0, 0);
+    cycles(c, STAND_CYCLES, LOAD_NM, wish_rad, 0, 1);
+    if (c->drive.status != CIA402_OPERATION_ENABLED) {
+      return 30;
+    }
+  }
+  return 0;
+}
+
+/* The bus is lost in motion, and returns: the demand stays, although the planner went on. */
+static int check_bus(cell *c, float *wish_rad) {
+  const lm_conditions none = LM_CONDITIONS_UNKNOWN;
+  int32_t motor;
+  int k;
+  cycles(c, 100, LOAD_NM, wish_rad, 5e-4f, 1);
+  motor = c->drive.motor;
+  for (k = 0; k < 40; ++k) {
+    const cia402_input in = {0, 0, 0};
+    *wish_rad += 5e-4f;
+    (void)cia402_cycle(&c->axis, &in, &none, *wish_rad, 1);
+    if (cia402_reference(&c->axis, &in, 0) >= 0) {
+      return 31;
+    }
+  }
+  cycles(c, 1, LOAD_NM, wish_rad, 0, 1);
+  if (!cia402_resume(&c->axis)) {
+    return 31;
+  }
+  cycles(c, 2 * STAND_CYCLES, LOAD_NM, wish_rad, 0, 1);
+  if (cia402_resume(&c->axis)) {
+    return 31;
+  }
+  *wish_rad = c->axis.command_rad;
+  cycles(c, 50, LOAD_NM, wish_rad, 0, 1);
+  return c->axis.joined && c->drive.motor >= motor - 1 && c->drive.motor <= motor + 1 ? 0 : 31;
+}
+
 static void swing(cell *c, float *wish_rad, int enable) {
   int k;
   for (k = 0; k < 10; ++k) {
@@ -256,7 +307,7 @@ static int check_ringing(cell *c, float *wish_rad) {
 /* A loop on the output: enabled with the first torque, only the rate of the correction is sent. */
 static int check_output_loop(cell *c, lm_conditions *at) {
   static const cia402_drive drive = {INCREMENTS, 1, 50, -5, 1, 1, 0};
-  cia402_input in = {CIA402_SWITCH_ON_DISABLED, 123456};
+  cia402_input in = {CIA402_SWITCH_ON_DISABLED, 123456, 1};
   cia402_output out;
   lm_fault fault;
   int32_t rate = 0;
@@ -382,6 +433,8 @@ int check_cia402(void) {
   k = check_hold(&c, &wish_rad);
   k = k ? k : check_not_finite(&c, &wish_rad);
   k = k ? k : check_planner(&c, &wish_rad);
+  k = k ? k : check_trip(&c, &wish_rad);
+  k = k ? k : check_bus(&c, &wish_rad);
   k = k ? k : check_ringing(&c, &wish_rad);
   cycles(&c, STAND_CYCLES, LOAD_NM, &wish_rad, 0, 1);
   k = k ? k : check_stop(&c, &wish_rad);
