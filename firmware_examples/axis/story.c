@@ -296,6 +296,7 @@ static int wait_for_drive(joint *j) {
     return 1;
   }
   run(j, STAND_TICKS, LOAD_NM + PUSH_NM, 0);
+  run(j, 1, LOAD_NM, 0);
   if (size(j->motor_rad - before_rad) > 0 || j->drive.state != LM_AXIS_PAUSED) {
     return 1;
   }

@@ -231,7 +231,7 @@ static int check_trip(cell *c, float *wish_rad) {
   const uint16_t trip[] = {CIA402_FAULT, CIA402_SWITCH_ON_DISABLED};
   int k;
   for (k = 0; k < 2; ++k) { /* a fault while disabled, reset by the host; safe torque off */
-    cycles(c, 1, LOAD_NM, wish_rad, 0, k);
+    cycles(c, 2, LOAD_NM, wish_rad, 0, k);
     c->drive.status = trip[k];
     cycles(c, 1, LOAD_NM, wish_rad, 0, 1);
     c->drive.status = CIA402_SWITCH_ON_DISABLED;
