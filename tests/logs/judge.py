@@ -18,8 +18,9 @@ from pathlib import Path
 from typing import Any
 
 from lostmotion import cli
+from lostmotion.drives import read_drive
 
-from .clean import DRIVE, HIDDEN, RATIO, Sheet, clean
+from .clean import DRIVE, HIDDEN, Sheet, clean
 from .dress import EITHER, REFUSED, SAME
 
 WITHIN = 0.02
@@ -55,7 +56,7 @@ def words_of(
     for each in maps:
         words += ["--map", each]
     if command == "check":
-        words += ["--ratio", str(RATIO)]
+        words += ["--ratio", str(read_drive(drive).ratio)]
     if command == "fit":
         for each in add:
             words += ["--add", each]
