@@ -59,3 +59,21 @@ def test_angles_of_one_moment_and_coarse_counts_are_no_findings(count: float) ->
     leave_out_repeated(data)
     check_asynchronous(data)
     assert data.findings == []
+
+
+@pytest.mark.parametrize("rows", [2, 3, 4, 20, 100])
+@pytest.mark.parametrize("standing", ["torque", "input_angle"])
+def test_stations_are_no_slower_channel(rows: int, standing: str) -> None:
+    """Weights that are stated, or an encoder whose reading repeats while the drive stands."""
+    at = np.repeat(np.sin(np.arange(48) / 4.0), rows)
+    rng = np.random.default_rng(rows)
+    if standing == "torque":
+        torque, put_in = 40 * at, 3e-4 * rng.normal(size=at.size)
+    else:
+        torque, put_in = 5 * rng.normal(size=at.size), 100 * at
+    out = put_in / 100 + torque / 3e4 + 2e-6 * rng.normal(size=at.size)
+    columns = {"time": 0.1 * np.arange(at.size), "torque": torque, "input_angle": put_in}
+    columns |= {"output_angle": out, "lost_motion": out - put_in / 100}
+    data = Campaign([Run(1, "a.csv", columns)])
+    leave_out_repeated(data)
+    assert (len(data.runs[0]), data.findings) == (at.size, [])

@@ -26,6 +26,12 @@ length, within one sample; with coarse counts the length varies with the speed, 
 between two values are one count.
 """
 
+MOVED_WITHIN = 0.5
+"""Least movement of the other channel within the sections, over that between them, with which a
+channel is held: half of the least that a clock gives, 1 with a new value every second row. At
+stations, at which the torque really stands, the other channel moves between the sections only.
+"""
+
 STRETCHES_LEAST = 10
 """Least number of sections of a run that identify a clock."""
 
@@ -49,7 +55,7 @@ def leave_out_repeated(campaign: Campaign) -> None:
         quickest = min((length for length in clocks.values() if length), default=0)
         repeated = np.zeros(len(run), dtype=bool)
         for name, length in clocks.items():
-            if length > max(quickest, 1):
+            if length > max(quickest, 1) and moves_on(run, name):
                 rows = np.diff(run.columns[name], prepend=np.nan) == 0
                 repeated |= rows
                 action = (
@@ -61,6 +67,21 @@ def leave_out_repeated(campaign: Campaign) -> None:
                 campaign.findings.append(finding)
         if repeated.any() and not repeated.all():
             run.leave_out(repeated)
+
+
+def moves_on(run: Run, name: str) -> bool:
+    """Whether the drive moves while a channel repeats its value: a clock holds it, not the plan."""
+    if name == "torque":
+        moved = run.lost_motion_rad
+    else:
+        other = "output_angle" if name == "input_angle" else "input_angle"
+        if other not in run.columns:
+            return False
+        moved = run.columns[other]
+    first = np.flatnonzero(np.diff(run.columns[name])) + 1
+    within = moved[first[1:] - 1] - moved[first[:-1]]
+    between = moved[first] - moved[first - 1]
+    return float(np.abs(within).sum()) >= MOVED_WITHIN * float(np.abs(between).sum())
 
 
 def check_asynchronous(campaign: Campaign) -> None:
