@@ -21,9 +21,9 @@ REPEATED = ("torque", "input_angle", "output_angle", "lost_motion")
 """Channels that move together."""
 
 REGULAR_SHARE = 0.8
-"""A clock causes the sections without a new value if at least this share of them has the usual
-length, within one sample; with coarse counts the length varies with the speed, and most steps
-between two values are one count.
+"""A clock causes the sections without a new value if at least this share of the new values lies
+within one row of equal intervals over the whole run; with coarse counts the intervals follow the
+speed, and at a constant speed most steps between two values are one count.
 """
 
 MOVED_WITHIN = 0.5
@@ -104,12 +104,13 @@ def clock_of(values: FloatArray) -> int:
         return 0
     lengths = np.diff(new)
     usual = int(np.median(lengths))
-    regular = float(np.mean(np.abs(lengths - usual) <= (1 if usual > 1 else 0)))
-    size = np.abs(step[new])
     if usual == 1:
-        return 1 if regular >= REGULAR_SHARE else 0
+        return 1 if float(np.mean(lengths == 1)) >= REGULAR_SHARE else 0
+    ticks = np.append(0, np.cumsum(np.rint(lengths / usual)))
+    late = new - np.polyval(np.polyfit(ticks, new, 1), ticks)
+    regular = float(np.mean(np.abs(late - np.median(late)) <= 1))
     count = count_rad(values)
-    counts = count is not None and round(float(np.median(size)) / count) <= 1
+    counts = count is not None and round(float(np.median(np.abs(step[new]))) / count) <= 1
     return usual if regular >= REGULAR_SHARE and not counts else 0
 
 

@@ -16,7 +16,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy import special
 
 from lostmotion import units
 from lostmotion.errors import InputError
@@ -118,12 +117,13 @@ def check_signs(loops: list[Loop]) -> None:
     )
     if not few:
         return
-    curve, scatter = curve_of(many)
+    curve, _ = curve_of(many)
+    usual = float(np.median([loop.work for loop in many]))
     reversed_runs = [
         loop
         for loop in few
-        if loop.work * np.sign(loop.slope) > 0
-        and loop.misfit(curve, torque_by=-1.0) <= scatter < loop.misfit(curve)
+        if loop.work * usual < 0
+        and loop.misfit(curve, torque_by=-1.0) < loop.misfit(curve)
     ]
     if reversed_runs:
         refuse_loops(
@@ -145,6 +145,8 @@ def check_units(loops: list[Loop]) -> None:
     rest = [loop for loop, out in zip(loops, apart, strict=True) if not out]
     if len(rest) < 2 or len(rest) == len(loops):
         return
+    from scipy import special  # takes half a second to load
+
     # Student's t of one more run of the same drive.
     spread = float(np.std(sizes[~apart], ddof=1)) * math.sqrt(1 + 1 / len(rest))
     chance = 2 * special.stdtr(len(rest) - 1, -far / max(spread, TINY)) * len(loops)
