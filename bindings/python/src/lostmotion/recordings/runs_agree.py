@@ -122,8 +122,7 @@ def check_signs(loops: list[Loop]) -> None:
     reversed_runs = [
         loop
         for loop in few
-        if loop.work * usual < 0
-        and loop.misfit(curve, torque_by=-1.0) < loop.misfit(curve)
+        if loop.work * usual < 0 and loop.misfit(curve, torque_by=-1.0) < loop.misfit(curve)
     ]
     if reversed_runs:
         refuse_loops(
