@@ -77,3 +77,16 @@ def test_stations_are_no_slower_channel(rows: int, standing: str) -> None:
     data = Campaign([Run(1, "a.csv", columns)])
     leave_out_repeated(data)
     assert (len(data.runs[0]), data.findings) == (at.size, [])
+
+
+@pytest.mark.parametrize("held", ["torque", "lost_motion"])
+def test_a_slower_channel_is_found_beside_a_recorded_lost_motion(held: str) -> None:
+    at = np.arange(1500)
+    torque = 20 * np.sin(0.03 * at)
+    columns = {"time": 0.01 * at, "torque": torque, "lost_motion": torque * 5e-5}
+    noise = 1e-3 * np.ptp(columns[held]) * np.random.default_rng(4).normal(size=at.size)
+    columns[held] = (columns[held] + noise)[at // 4 * 4]
+    data = Campaign([Run(1, "a.csv", columns)])
+    leave_out_repeated(data)
+    assert len(data.runs[0]) == 375
+    assert [f.kind for f in data.findings] == ["repeats"]

@@ -616,12 +616,8 @@ class Lines:
 
     def with_errors(self) -> CurveFit:
         """Return the curve with its errors."""
-        samples, kinks, found, residual = (
-            self.samples,
-            self.kinks_Nm,
-            self.found,
-            self.residual_rad,
-        )
+        samples, kinks = self.samples, self.kinks_Nm
+        found, residual = self.found, self.residual_rad
         slopes, step = kinks.size + 1, int(self.takeup_Nm > 0)
         moved = without_loop_means(
             kink_columns(samples.torque_Nm, kinks, found[:slopes]), samples.loop

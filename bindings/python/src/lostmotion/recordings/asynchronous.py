@@ -17,8 +17,13 @@ from lostmotion.recordings.soundness import STUCK_TURN_RAD
 
 FloatArray = npt.NDArray[np.float64]
 
-REPEATED = ("torque", "input_angle", "output_angle", "lost_motion")
-"""Channels that move together."""
+MOVES_WITH = {
+    "torque": "lost_motion",
+    "lost_motion": "torque",
+    "input_angle": "output_angle",
+    "output_angle": "input_angle",
+}
+"""Channels that a clock may hold, and what moves with each while the drive moves."""
 
 REGULAR_SHARE = 0.8
 """A clock causes the sections without a new value if at least this share of the new values lies
@@ -50,8 +55,10 @@ ms."""
 def leave_out_repeated(campaign: Campaign) -> None:
     """Leave out the rows in which a channel with a slower clock repeats its value."""
     for run in campaign.runs:
-        clocks = {name: clock_of(run.columns[name]) for name in REPEATED if name in run.columns}
-        clocks = {name: length for name, length in clocks.items() if name != "lost_motion"}
+        recorded = [name for name in MOVES_WITH if name in run.columns]
+        if "input_angle" in recorded:
+            recorded.remove("lost_motion")  # it follows from the angles
+        clocks = {name: clock_of(run.columns[name]) for name in recorded}
         quickest = min((length for length in clocks.values() if length), default=0)
         repeated = np.zeros(len(run), dtype=bool)
         for name, length in clocks.items():
@@ -71,13 +78,9 @@ def leave_out_repeated(campaign: Campaign) -> None:
 
 def moves_on(run: Run, name: str) -> bool:
     """Whether the drive moves while a channel repeats its value: a clock holds it, not the plan."""
-    if name == "torque":
-        moved = run.lost_motion_rad
-    else:
-        other = "output_angle" if name == "input_angle" else "input_angle"
-        if other not in run.columns:
-            return False
-        moved = run.columns[other]
+    moved = run.columns.get(MOVES_WITH[name])
+    if moved is None:
+        return False
     first = np.flatnonzero(np.diff(run.columns[name])) + 1
     within = moved[first[1:] - 1] - moved[first[:-1]]
     between = moved[first] - moved[first - 1]

@@ -471,6 +471,13 @@ def dated(cells: Sequence[str]) -> bool:
     return any(low <= first * ns / UNITS_NS["s"] <= high for ns in UNITS_NS.values())
 
 
+JOINED = (
+    "one file with both angles, if the other is in another file: rows joined by their time (--join "
+    "does this for the topics of a ROS 2 bag)"
+)
+"""What is expected if there is one encoder."""
+
+
 def lacking(
     header: Header,
     mapping: Mapping[str, str],
@@ -510,6 +517,7 @@ def lacking(
         found = f"only {have[0]} among {', '.join(names)}" if have else nothing
         expected = f"{named('input_angle')} and {named('output_angle')}, or {named('lost_motion')}"
         expected += f"; or {locked}" if locked else ""
+        expected += f"; or {JOINED}" if have else ""
         faults.append(InputError(file, "lost_motion_rad", found, expected))
     return faults
 

@@ -77,13 +77,6 @@ RATIO_EXPECTED = (
 )
 """What a recording of two angles needs."""
 
-ONE_ANGLE = ("only input_angle", "only output_angle")
-TOGETHER = (
-    "one file with both angles: the rows of the files joined by their time (--join does this for "
-    "the topics of a ROS 2 bag)"
-)
-"""What is expected of files with one encoder each."""
-
 LEADING = {"torque", "input_angle", "output_angle", "lost_motion", "motor_torque", "motor_current"}
 """Quantities of which the slowest defines the rows of joined columns."""
 
@@ -199,13 +192,7 @@ def read_campaign(
     findings: list[Finding] = []
     runs: list[Run] = []
     for file in files:
-        try:
-            found = _read_file(file, dict(mapping or {}), ratio, findings, protocol, join)
-        except InputError as error:
-            if len(files) > 1 and error.found.startswith(ONE_ANGLE):
-                expected = f"{error.expected}; or {TOGETHER}"
-                raise InputError(error.file, error.key, error.found, expected) from None
-            raise
+        found = _read_file(file, dict(mapping or {}), ratio, findings, protocol, join)
         LOG.info("read %s: %d rows in %d runs", file, sum(map(len, found)), len(found))
         runs.extend(found)
     return judged(runs, findings, ratio)

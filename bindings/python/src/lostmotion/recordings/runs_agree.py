@@ -1,9 +1,9 @@
 """Runs of one drive agree: no run has another sign or unit than the others, or no sign at all.
 
-The lost motion of a run is compared with the mean curve of the others. If it is outside of their
-scatter as recorded, and within it if its torque or its angles have another unit or sign, it would
-spoil every fit, and is refused. It must also contradict what a drive can do: no wear, preload or
-temperature changes a compliance by so large a factor, and no drive returns work.
+The lost motion of a run is compared with the mean curve of the others. If another unit or sign of
+its torque or angles explains it and the recorded one does not, it would spoil every fit, and is
+refused. It must also contradict what a drive can do: no wear, preload or temperature changes a
+compliance by so large a factor, and no drive returns work.
 
 An error that depends on the output angle, such as an eccentricity, may reverse the slope of a
 recording too, but not its hysteresis: friction dissipates work in every drive.
@@ -47,7 +47,7 @@ UNITS = {
     **{
         f"torque in {symbol}": (units.unit(symbol).scale, 1.0)
         for symbol in TORQUES
-        if symbol != "Nmm"
+        if symbol != "Nmm"  # a millinewton metre
     },
     **{f"angles in {symbol}": (1.0, units.unit(symbol).scale) for symbol in ANGLES},
 }
