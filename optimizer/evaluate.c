@@ -445,8 +445,8 @@ static lm_real end_row(const lm_problem *problem, const tolerance_state *toleran
 }
 
 /* Places of the face width at which the limits are evaluated: both edges, where the smallest gap is
- * with few exceptions, which the verification finds (lm_find_face_gap), or the middle if planar_only
- * is requested. */
+ * with few exceptions, which the verification finds (lm_find_face_gap), or the middle if
+ * planar_only is requested. */
 static int edges_of(const lm_drive *drive) {
   return drive->planar_only ? 1 : LM_EDGES;
 }

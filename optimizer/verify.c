@@ -13,8 +13,8 @@
 /* Angles that one solution may add to the scan. */
 #define ROUNDS 6
 
-/* Smallest side clearance of a point, between the angles of the scan and the edges as well: arcmin, and the angle
- * at which it is. 0 when the model refuses. */
+/* Smallest side clearance of a point, between the angles of the scan and the edges as well: arcmin,
+ * and the angle at which it is. 0 when the model refuses. */
 static int find_gap(lm_task_state *s, const double unit[], int nodes, int steps, double *gap_arcmin,
                     double *angle_rad) {
   lm_drive *drive = &s->workspace->drive;

@@ -54,13 +54,12 @@ lm_status lm_find_smallest_gap(const lm_mesh meshes[], int sections, int steps_p
                                lm_smallest_gap *smallest, lm_fault *fault);
 
 /* Smallest side clearance over the whole face width, all tooth angles and both flanks. The local
- * deflection grows along the face. The smallest gap is at an edge, with few exceptions (6 of 1920
- * random drives, face widths of 0.3 to 0.95 cup lengths): it is no concave function of the place.
- * Therefore the edges are scanned by lm_find_smallest_gap, the other lm_face_places with a quarter
- * of the steps, and a smallest gap of these that is below its neighbours is refined along the face by
- * a parabola. Does not depend on
- * drive.axial_sections. meshes[]: LM_FACE_PLACES meshes, filled; the first and the last are those
- * of the edges. Errors as lm_make_face and lm_find_smallest_gap. */
+ * deflection grows along the face. The smallest gap is at an edge in nearly all drives, but not in
+ * all (tests/c/test_checks.c has one): it is no concave function of the place. Therefore the edges
+ * are scanned as by lm_find_smallest_gap, the other lm_face_places with a quarter of the steps, and
+ * a smallest gap of these that is below its neighbours is refined along the face by a parabola.
+ * Does not depend on drive.axial_sections. meshes[]: LM_FACE_PLACES meshes, filled; the first and
+ * the last are those of the edges. Errors as lm_make_face and lm_find_smallest_gap. */
 lm_status lm_find_face_gap(const lm_drive *drive, int nodes, int steps_per_pitch, lm_mesh meshes[],
                            lm_smallest_gap *smallest, lm_fault *fault);
 
@@ -77,7 +76,8 @@ lm_status lm_refine_smallest_gap(const lm_mesh meshes[], int sections,
                                  lm_smallest_gap *smallest, lm_fault *fault);
 
 /* All checks of a checked drive. meshes[sections]: of the places along the face, edges first and
- * last, as lm_make_face or lm_find_face_gap leaves them; smallest from lm_find_face_gap. checks[LM_CHECK_COUNT]. Stresses at rated torque: sigma = Y_z
+ * last, as lm_make_face or lm_find_face_gap leaves them; smallest from lm_find_face_gap.
+ * checks[LM_CHECK_COUNT]. Stresses at rated torque: sigma = Y_z
  * E s w0 |k|max / (2 r_m^2 (1 - nu^2)), amplitude with half the range of k over an angle; tension
  * of the rim N = F_WG / 2 on b s as mean stress; tau = T / (2 pi r_m^2 wall), pulsating; n = n_s
  * n_t / sqrt(n_s^2 + n_t^2), n_s = sigma_-1 / (K_s sigma_a + psi sigma_m), n_t = tau_-1 / (K_t

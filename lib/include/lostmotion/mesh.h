@@ -93,9 +93,9 @@ lm_status lm_make_face(const lm_drive *drive, int sections, int nodes, lm_mesh m
 lm_status lm_make_face_like(const lm_drive *drive, int sections, int nodes, const lm_mesh *like,
                             lm_mesh meshes[], lm_fault *fault);
 
-/* The mesh at any place of the face width, 0 .. 1 as lm_section_place, of a cup: the parts are those
- * of lm_make_face with at least 2 sections. like: as there, not null. Errors as lm_make_mesh, and
- * LM_OUT_OF_RANGE ("place"). */
+/* The mesh at any place of the face width, 0 .. 1 as lm_section_place, of a cup: the parts are
+ * those of lm_make_face with at least 2 sections. like: as there, not null. Errors as lm_make_mesh,
+ * and LM_OUT_OF_RANGE ("place"). */
 lm_status lm_make_mesh_at(const lm_drive *drive, lm_real place, int nodes, const lm_mesh *like,
                           lm_mesh *mesh, lm_fault *fault);
 

@@ -11,9 +11,9 @@
  * torque from the command and add the filtered difference to the sensor:
  *
  *     beyond += share (sensed - commanded - beyond)       skip samples that are not finite
- *     torque  = commanded + beyond                        commanded: gravity minus inertia times the
- *                                                         acceleration of the commanded output; 0
- *                                                         where it is not known
+ *     torque  = commanded + beyond                        commanded: gravity minus inertia times
+ *                                                         the acceleration of the commanded output;
+ *                                                         0 where it is not known
  *     share   = 1 - exp(-2 pi f T)                        f: a tenth of the lowest resonance or
  *                                                         less; T: period. 2 pi f T is close for
  *                                                         a small f T
