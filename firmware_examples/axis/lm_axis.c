@@ -84,15 +84,16 @@ lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_axis_
   return LM_OK;
 }
 
-/* The torque of the command. A jump with the zero is no change of the load: a filtered difference
- * compensates it, and without a measurement it is left out until the motor does not move with it. */
+/* The torque of the command. A jump with the zero, or with a payload that a measurement has already,
+ * is no change of the load: the difference to the measurement compensates it, and without one it is
+ * left out until the motor does not move with it. */
 static float follow_zero(lm_axis *a, float commanded_Nm) {
-  if (a->zero_shifted && a->source == LM_AXIS_COMMAND) {
+  if (a->command_jumps && a->source == LM_AXIS_COMMAND) {
     a->jump_Nm = a->torque_Nm - a->beyond_Nm - commanded_Nm;
-  } else if (a->zero_shifted) {
+  } else if (a->command_jumps) {
     a->beyond_Nm = a->torque_Nm - commanded_Nm;
   }
-  a->zero_shifted = 0;
+  a->command_jumps = 0;
   if (a->state != LM_AXIS_CLOSED && a->jump_Nm != 0) {
     a->jump_Nm = 0;
     forget_standstill(a);
@@ -212,12 +213,18 @@ static lm_axis_wait judge_standstill(lm_axis *a, float motor_over_ratio_rad) {
 }
 
 /* The planner may shift some ticks after the zero: of the wish and the shifted wish, the one nearer
- * to the continued command is meant. */
-static void follow(lm_axis *a, float wish_rad, float moved_rad) {
+ * to the continued command is meant. Returns 0 and follows neither if it is neither: an interpolator
+ * that makes a ramp of the shift would move the axis by it. */
+static int follow(lm_axis *a, float wish_rad) {
   const float before_rad = a->command_rad;
   if (is_finite(wish_rad)) {
-    const float off_rad = wish_rad - before_rad - moved_rad;
-    if (size(off_rad + a->late_rad) < size(off_rad)) {
+    const float off_rad = wish_rad - before_rad - a->moved_rad;
+    const float shifted_rad = off_rad + a->late_rad;
+    if (a->late_rad != 0 && size(off_rad) >= LM_AXIS_STILL_RAD &&
+        size(shifted_rad) >= LM_AXIS_STILL_RAD) {
+      return 0;
+    }
+    if (size(shifted_rad) < size(off_rad)) {
       wish_rad += a->late_rad;
     } else {
       a->late_rad = 0;
@@ -226,6 +233,7 @@ static void follow(lm_axis *a, float wish_rad, float moved_rad) {
   }
   a->moved_rad = a->command_rad - before_rad;
   a->rested_s = size(a->moved_rad) <= 0 ? a->rested_s + a->period_s : 0;
+  return 1;
 }
 
 float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_rad, float wish_rad,
@@ -240,7 +248,8 @@ float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_r
     a->begun = 1;
   }
   a->correction = lm_step_compensator(&a->compensator, &now);
-  if (a->state == LM_AXIS_CLOSED && !(follows && is_finite(motor_over_ratio_rad))) {
+  if (a->state == LM_AXIS_CLOSED &&
+      !(follows && is_finite(motor_over_ratio_rad) && follow(a, wish_rad))) {
     a->state = LM_AXIS_PAUSED;
     forget_standstill(a);
   }
@@ -248,7 +257,6 @@ float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_r
   judge_ringing(a);
   if (a->state == LM_AXIS_CLOSED) {
     a->waits = LM_AXIS_READY;
-    follow(a, wish_rad, a->moved_rad);
     a->setpoint_rad = a->command_rad - a->zero_rad + a->correction.correction_rad;
     return a->setpoint_rad;
   }
@@ -343,9 +351,18 @@ float lm_axis_reference(lm_axis *a, float motor_over_ratio_rad, float angle_rad)
   if (a->state != LM_AXIS_CLOSED || size(a->late_rad) < LM_AXIS_STILL_RAD) {
     a->late_rad = 0;
   }
-  a->zero_shifted = 1;
+  a->command_jumps = 1;
   forget_standstill(a); /* a torque that is computed from the angle changes */
   return size(follows_rad) + lm_bound_uncertainty(&a->compensator);
+}
+
+void lm_axis_payload(lm_axis *a) {
+  if (a->state == LM_AXIS_OPEN) {
+    a->beyond_Nm = 0;
+  } else {
+    a->command_jumps = 1;
+  }
+  forget_standstill(a);
 }
 
 void lm_axis_turn(lm_axis *a, float by_rad) {

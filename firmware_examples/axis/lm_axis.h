@@ -76,10 +76,10 @@ typedef struct lm_axis {
   int input_missing;
   lm_axis_source source; /* of the torque */
   int source_waits;      /* another one was requested in this tick */
-  int zero_shifted;      /* since the last torque */
+  int command_jumps;     /* of the next torque of the command, without a change of the load */
   float torque_Nm;       /* in use */
   float beyond_Nm;       /* what the measurement adds to the torque of the command */
-  float jump_Nm;         /* of the torque of the command at a shift of the zero */
+  float jump_Nm;         /* of the torque of the command, left out until the axis is paused */
   float believed_Nm;
   float bound_Nm;
   float share; /* of the filter in a tick */
@@ -88,7 +88,7 @@ typedef struct lm_axis {
 } lm_axis;
 
 /* What lm_axis_power_down saves, for memory that survives. beyond_Nm: what a measurement added to
- * the torque of the command; set it to 0 if the payload changed meanwhile. */
+ * the torque of the command; set it to 0 if the payload changed meanwhile (lm_axis_payload). */
 typedef struct lm_axis_kept {
   lm_saved history;
   float beyond_Nm;
@@ -169,13 +169,21 @@ lm_status lm_axis_change(lm_axis *a, const lm_parameters *parameters, lm_fault *
 
 /* States that the output is now at angle_rad, at rest or in motion. The planner shifts with
  * command_rad; nothing moves, even if it does so some ticks later (a shift below
- * LM_AXIS_STILL_RAD: at once): add the change of zero_rad to its position and its target, its
- * velocity stays. motor_over_ratio_rad: latched at the switch. Returns by how much the zero may be
+ * LM_AXIS_STILL_RAD: at once): add the change of zero_rad to its position, its target and every
+ * sample that an interpolator holds; its velocity stays. A wish on the way from the old to the
+ * shifted one pauses the axis, also in motion. motor_over_ratio_rad: latched at the switch. Returns by how much the zero may be
  * wrong, rad, if the torque is right: an error of the torque adds its own wind-up. If that is too
  * much, drive a load cycle and home again. If gravity was computed with the zero of before: then
  * lm_axis_pause, with which the torque of the command takes its new value. Off, or an angle that
  * is not valid: returns -1 and changes nothing. */
 float lm_axis_reference(lm_axis *a, float motor_over_ratio_rad, float angle_rad);
+
+/* Another payload: call it between the last torque of the command without it and the first one with
+ * it. The torque in use does not jump: a measured source has the payload from the measurement, and
+ * the torque of the command takes its new value with lm_axis_pause. In LM_AXIS_OPEN it takes it at
+ * once, and what a measurement had added is forgotten, so also call it if the payload was changed
+ * behind the brake and gravity is computed without it. */
+void lm_axis_payload(lm_axis *a);
 
 /* For an axis that turns without end: whole turns of the output were added to the origin of
  * motor_over_ratio_rad, command and planner (by_rad: -2 pi, for example). Call it before the tick

@@ -286,6 +286,55 @@ static int confuse_planner(joint *j) {
   return 0;
 }
 
+/* A planner whose interpolator makes a ramp of the shift: the axis stops, and is not displaced. */
+static int ramp_shift(joint *j) {
+  const float shift_rad = 0.05f;
+  float before_rad;
+  int k;
+  run(j, 20, LOAD_NM, 0.3f * FAST_RAD);
+  before_rad = j->motor_rad;
+  (void)lm_axis_reference(&j->drive, j->motor_rad, j->drive.command_rad + shift_rad);
+  for (k = 0; k < 8; ++k) {
+    run(j, 1, LOAD_NM, 0.3f * FAST_RAD + (k < 4 ? shift_rad / 4 : 0));
+  }
+  return size(j->motor_rad - before_rad) > FAST_RAD || j->drive.state != LM_AXIS_PAUSED ||
+         join(j) > STILL_RAD || size(j->drive.late_rad) > 0;
+}
+
+/* A payload that a sensor has measured enters the torque of the command: not counted twice. Put
+ * down behind the brake, it is not counted at all. */
+static int change_payload(joint *j) {
+  const float payload_Nm = -6.0f;
+  float before_rad;
+  int k;
+  if (lm_axis_pause(&j->drive)) {
+    return 1;
+  }
+  for (k = 0; k < 4 * STAND_TICKS; ++k) {
+    run(j, 1, lm_axis_use_sensor(&j->drive, LOAD_NM, LOAD_NM + payload_Nm), 0);
+  }
+  before_rad = j->motor_rad;
+  lm_axis_payload(&j->drive);
+  for (k = 0; k < STAND_TICKS; ++k) {
+    run(j, 1, lm_axis_use_sensor(&j->drive, LOAD_NM + payload_Nm, LOAD_NM + payload_Nm), 0);
+    if (size(j->drive.torque_Nm - LOAD_NM - payload_Nm) > 0.01f) {
+      return 1;
+    }
+  }
+  if (j->drive.state != LM_AXIS_CLOSED || size(j->motor_rad - before_rad) > STILL_RAD) {
+    return 1;
+  }
+  lm_axis_payload(&j->drive); /* put down again, and measured by nothing */
+  (void)lm_axis_use_command(&j->drive, LOAD_NM);
+  lm_axis_open(&j->drive);
+  run(j, 1, lm_axis_use_command(&j->drive, LOAD_NM), 0);
+  lm_axis_payload(&j->drive);
+  if (size(lm_axis_use_command(&j->drive, LOAD_NM) - LOAD_NM) > 1e-5f) {
+    return 1;
+  }
+  return close_loop(j) > STILL_RAD;
+}
+
 /* While the drive does not follow, nothing moves, also under a push, and the planner does not
  * begin. */
 static int wait_for_drive(joint *j) {
@@ -489,7 +538,8 @@ int axis_story(float *most_rad) {
       size(lm_axis_reported(&j.drive, j.motor_rad) - 1.5f) > ARRIVED_RAD) {
     return 8;
   }
-  /* At rest: the correction goes to zero and back, and to other parameters and back; nothing moves. */
+  /* At rest: the correction goes to zero and back, and to other parameters and back; nothing
+   * moves. */
   zero_rad = output(&j);
   smaller = joint_parameters;
   smaller.limits.correction_rad = 0.5f * size(j.drive.correction.correction_rad);
@@ -522,6 +572,12 @@ int axis_story(float *most_rad) {
   }
   if (lose_bus(&j)) {
     return 21;
+  }
+  if (ramp_shift(&j)) {
+    return 22;
+  }
+  if (change_payload(&j)) {
+    return 23;
   }
   /* Brake, power-down with the history and a payload that a sensor measured, power-up without the
    * sensor: nothing moves, and the history is used up. */

@@ -43,7 +43,8 @@ static int32_t find_offset(const cia402_axis *axis) {
 /* The motor follows the correction only while it is enabled and not held. If a loop on the output
  * feeds the rate forward, the joint has to move with it. */
 static int32_t find_rate(const cia402_axis *axis, int enabled) {
-  return enabled && !axis->held && !(axis->drive.output_loop && axis->moves_alone)
+  return enabled && !axis->held && !axis->drive.derives_rate &&
+                 !(axis->drive.output_loop && axis->moves_alone)
              ? to_increments(axis->correction.velocity_rad_s * axis->increments_per_rad)
              : 0;
 }
@@ -267,7 +268,8 @@ static uint16_t controlword(uint16_t statusword, int32_t enable, int at_rest) {
 }
 
 /* The planner has to begin at the command. It may shift some cycles after the zero: of the wish and
- * the shifted wish, the one nearer to the continued command is meant (lm_axis.c). */
+ * the shifted wish, the one nearer to the continued command is meant; if it is neither, the command
+ * stays until the planner begins there anew (lm_axis.c). */
 static void follow(cia402_axis *axis, float wish_rad) {
   const float before_rad = axis->command_rad;
   if (!axis->joined && size(wish_rad - before_rad) < CIA402_STILL_RAD) {
@@ -277,7 +279,12 @@ static void follow(cia402_axis *axis, float wish_rad) {
   }
   if (axis->joined && is_finite(wish_rad)) {
     const float off_rad = wish_rad - before_rad - axis->moved_rad;
-    if (size(off_rad + axis->late_rad) < size(off_rad)) {
+    const float shifted_rad = off_rad + axis->late_rad;
+    if (axis->late_rad != 0 && size(off_rad) >= CIA402_STILL_RAD &&
+        size(shifted_rad) >= CIA402_STILL_RAD) {
+      axis->joined = 0;
+      wish_rad = before_rad;
+    } else if (size(shifted_rad) < size(off_rad)) {
       wish_rad += axis->late_rad;
     } else {
       axis->late_rad = 0;
@@ -329,8 +336,10 @@ cia402_output cia402_cycle(cia402_axis *axis, const cia402_input *in, const lm_c
   axis->held = axis->held && enabled;
   find_rest(axis, standing + axis->sent.position_offset, enabled);
   find_stood(axis, enabled && !axis->held && !axis->drive.output_loop);
-  axis->sent.controlword =
-      controlword(in->statusword, enable && (enabled || may_enable(axis)), rests(axis));
+  enable = enable && (enabled || may_enable(axis));
+  axis->enabling_s = enable && !enabled ? axis->enabling_s + period_of(&axis->drive) : 0;
+  axis->tripped = axis->tripped || axis->enabling_s > CIA402_ENABLING_S;
+  axis->sent.controlword = controlword(in->statusword, enable, rests(axis));
   axis->sent.position_offset = find_offset(axis);
   axis->sent.velocity_offset = find_rate(axis, enabled);
   if (axis->held) {

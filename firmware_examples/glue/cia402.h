@@ -9,7 +9,8 @@
  *
  * The drive adds 0x60B0 to its position demand and 0x60B1 to its velocity demand, so the target
  * is the output angle, and the measured output angle is (0x6064 - 0x60B0) in increments. (If the
- * drive reports 0x6064 without the offset, set reports_offset to 0.) Increments: 0x608F encoder
+ * drive reports 0x6064 without the offset, set reports_offset to 0: before the drive is enabled for
+ * the first time, with the brake on, send another 0x60B0; if 0x6064 changes, it does.) Increments: 0x608F encoder
  * increments per motor turn times the gear's ratio over one turn of the output; 0x6091 and 0x6092
  * are assumed to be 1. Velocity is in increments per second.
  *
@@ -54,8 +55,10 @@ typedef struct cia402_drive {
   int8_t period_exponent;      /* 0x60C2:02, -6 to 0: seconds are value * 10^exponent */
   int32_t reports_offset;      /* 1: 0x6064 is the motor's encoder, offset included; 0: the drive
                                   has subtracted 0x60B0 */
-  int32_t output_loop; /* 1: the drive closes its position loop on an encoder at the output. Only
+  int32_t output_loop;  /* 1: the drive closes its position loop on an encoder at the output. Only
                           the velocity offset is sent, 0x60B0 remains 0 */
+  int32_t derives_rate; /* 1: the drive derives its velocity feed-forward from the position demand,
+                           which has the rate already: 0x60B1 remains 0 */
   int32_t origin_inc; /* fixed origin within 5 turns of the output of every position, for an encoder
                           that counts further: a float would not resolve its increments. Store it
                           with the zero; otherwise 0 */
@@ -92,7 +95,9 @@ typedef struct cia402_axis {
   int32_t rest_inc; /* where */
   int32_t saved;    /* cia402_power_down */
   int32_t enabled;  /* in the last valid cycle */
-  int32_t tripped;  /* the drive was disabled by itself: not enabled until enable has been 0 */
+  int32_t tripped;  /* disabled by itself, or not enabled in CIA402_ENABLING_S: not enabled until
+                       enable has been 0 */
+  float enabling_s;
   lm_mode mode;
   int32_t rang;          /* LM_STATE_RINGING was set while the drive was enabled */
   int32_t joined;        /* the planner has begun at command_rad */
@@ -120,6 +125,10 @@ lm_status cia402_start(cia402_axis *axis, const cia402_drive *drive,
  * which the parameters were exported. A slower filter: more. */
 #define CIA402_STAND 28.0f
 
+/* A drive that is not enabled within this time after it may be has a reason, such as safe torque
+ * off: the command has expired, so that the drive does not start by itself when that ends. */
+#define CIA402_ENABLING_S 5.0f
+
 /* Motion of a motor at rest in that time, at the output: more than an encoder's noise. */
 #define CIA402_STILL_RAD 1e-4f
 
@@ -129,9 +138,10 @@ lm_status cia402_start(cia402_axis *axis, const cia402_drive *drive,
  * that is not finite is replaced by the one before. enable 0: the target stays, quick stop, then
  * switched off (0x605A = 2; with 5 to 8 once the motor has been at rest for CIA402_STAND; the
  * drive closes the brake); 1: the drive is enabled once correction and motor have stood for
- * CIA402_STAND, an output_loop once the motor has and no condition is missing; after a fault or if
- * it was disabled otherwise, not before enable has been 0 (tripped). Steps the compensator in
- * every state of the drive.
+ * CIA402_STAND, an output_loop once the motor has and no condition is missing; after a fault, if it
+ * was disabled otherwise or was not enabled within CIA402_ENABLING_S, not before enable has been 0
+ * (tripped). If the brake opens after the drive reports OPERATION_ENABLED, the planner waits for
+ * that time. Steps the compensator in every state of the drive.
  *
  * in->valid 0: the demand stays, as after cia402_pause; the same when the bus returns. Then the
  * planner starts at command_rad, and cia402_resume. */
@@ -157,7 +167,9 @@ lm_status cia402_change(cia402_axis *axis, const lm_parameters *parameters, lm_f
 float cia402_reported(const cia402_axis *axis, const cia402_input *in);
 
 /* Homing: the output is now at angle_rad. command_rad shifts with the zero, the planner with it or
- * some cycles later (a shift below CIA402_STILL_RAD: at once). Nothing moves if the torque does not
+ * some cycles later (a shift below CIA402_STILL_RAD: at once), with every sample that an
+ * interpolator holds: a wish on the way from the old to the shifted one is not followed, and the
+ * planner begins anew at command_rad. Nothing moves if the torque does not
  * depend on the angle. If it does (gravity): while the drive is disabled, or at rest between
  * cia402_pause and cia402_resume. Returns by how much the zero may be wrong, rad, if the torque is
  * right; -1, and changes nothing, if an angle is not finite or the input not valid. */

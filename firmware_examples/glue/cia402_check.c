@@ -276,6 +276,56 @@ static int check_bus(cell *c, float *wish_rad) {
   return c->axis.joined && c->drive.motor >= motor - 1 && c->drive.motor <= motor + 1 ? 0 : 31;
 }
 
+/* A command during safe torque off expires. */
+static int check_safe_torque_off(cell *c, float *wish_rad) {
+  int k;
+  cycles(c, STAND_CYCLES, LOAD_NM, wish_rad, 0, 0);
+  for (k = 0; k < STAND_CYCLES + (int)(CIA402_ENABLING_S / PERIOD_S); ++k) {
+    cycles(c, 1, LOAD_NM, wish_rad, 0, 1);
+    c->drive.status = CIA402_SWITCH_ON_DISABLED;
+  }
+  cycles(c, 2 * STAND_CYCLES, LOAD_NM, wish_rad, 0, 1);
+  if (c->drive.status == CIA402_OPERATION_ENABLED) {
+    return 32;
+  }
+  cycles(c, 1, LOAD_NM, wish_rad, 0, 0);
+  cycles(c, 2 * STAND_CYCLES, LOAD_NM, wish_rad, 0, 1);
+  return c->drive.status == CIA402_OPERATION_ENABLED ? 0 : 32;
+}
+
+/* An interpolator makes a ramp of the shift of the zero: the axis stops, and is not displaced. */
+static int check_ramp(cell *c, float *wish_rad) {
+  const float shift_rad = 0.05f;
+  const cia402_input in = read_drive(c);
+  const int32_t motor = c->drive.motor;
+  const float before_rad = c->axis.command_rad;
+  (void)cia402_reference(&c->axis, &in, cia402_reported(&c->axis, &in) + shift_rad);
+  cycles(c, 4, LOAD_NM, wish_rad, shift_rad / 4, 1);
+  cycles(c, 4, LOAD_NM, wish_rad, 0, 1);
+  if (c->drive.motor < motor - 1 || c->drive.motor > motor + 1 ||
+      !is_close(c->axis.command_rad, before_rad + shift_rad)) {
+    return 33;
+  }
+  *wish_rad = c->axis.command_rad;
+  cycles(c, 10, LOAD_NM, wish_rad, 0, 1);
+  return c->axis.joined && c->axis.late_rad == 0 ? 0 : 33;
+}
+
+/* A drive that derives the rate from the demand gets none. */
+static int check_rate(cell *c, float *wish_rad) {
+  int rates = 0;
+  int k;
+  for (k = 0; k < 2 * STAND_CYCLES; ++k) {
+    c->axis.drive.derives_rate = k < STAND_CYCLES;
+    cycles(c, 1, k % STAND_CYCLES < 100 ? -LOAD_NM : LOAD_NM, wish_rad, 0, 1);
+    rates += c->axis.sent.velocity_offset != 0;
+    if (k < STAND_CYCLES && rates > 0) {
+      return 34;
+    }
+  }
+  return rates > 0 ? 0 : 34;
+}
+
 static void swing(cell *c, float *wish_rad, int enable) {
   int k;
   for (k = 0; k < 10; ++k) {
@@ -306,7 +356,7 @@ static int check_ringing(cell *c, float *wish_rad) {
 
 /* A loop on the output: enabled with the first torque, only the rate of the correction is sent. */
 static int check_output_loop(cell *c, lm_conditions *at) {
-  static const cia402_drive drive = {INCREMENTS, 1, 50, -5, 1, 1, 0};
+  static const cia402_drive drive = {INCREMENTS, 1, 50, -5, 1, 1, 0, 0};
   cia402_input in = {CIA402_SWITCH_ON_DISABLED, 123456, 1};
   cia402_output out;
   lm_fault fault;
@@ -369,9 +419,9 @@ static int check_output_loop(cell *c, lm_conditions *at) {
 
 int check_cia402(void) {
   static cell c;
-  static const cia402_drive wrong_period = {INCREMENTS, RATIO, 1, -3, 1, 0, 0};
-  static const cia402_drive near = {INCREMENTS, RATIO, 50, -5, 1, 0, 0}; /* 50 * 10 us */
-  static const cia402_drive drive = {INCREMENTS, RATIO, 50, -5, 1, 0, ORIGIN};
+  static const cia402_drive wrong_period = {INCREMENTS, RATIO, 1, -3, 1, 0, 0, 0};
+  static const cia402_drive near = {INCREMENTS, RATIO, 50, -5, 1, 0, 0, 0}; /* 50 * 10 us */
+  static const cia402_drive drive = {INCREMENTS, RATIO, 50, -5, 1, 0, 0, ORIGIN};
   lm_conditions at = LM_CONDITIONS_UNKNOWN;
   lm_fault fault;
   lm_saved kept;
@@ -435,6 +485,9 @@ int check_cia402(void) {
   k = k ? k : check_planner(&c, &wish_rad);
   k = k ? k : check_trip(&c, &wish_rad);
   k = k ? k : check_bus(&c, &wish_rad);
+  k = k ? k : check_safe_torque_off(&c, &wish_rad);
+  k = k ? k : check_ramp(&c, &wish_rad);
+  k = k ? k : check_rate(&c, &wish_rad);
   k = k ? k : check_ringing(&c, &wish_rad);
   cycles(&c, STAND_CYCLES, LOAD_NM, &wish_rad, 0, 1);
   k = k ? k : check_stop(&c, &wish_rad);
