@@ -31,7 +31,7 @@ from lostmotion.simulators.compiler import (
     shared_suffix,
 )
 from lostmotion.simulators.description import Description, Version
-from lostmotion.simulators.variables import KINDS, OUTPUTS, Access, Kind, Variable, list_variables
+from lostmotion.simulators.variables import KINDS, TIME, Access, Kind, Variable, list_variables
 
 ACCESS: dict[Access, int] = {
     "none": 0,
@@ -227,7 +227,7 @@ def data_header(controller: Controller, kind: Kind, variables: Sequence[Variable
     """C header with the data of one drive for `c/fmu.h`, without the token."""
     known = known_effects(core(64), controller.own)
     effects = [(name, int(known[name].value_count)) for name, _ in controller.effects]
-    parameters = variables[len(NEEDS) + OUTPUTS :]
+    parameters = variables[variables.index(TIME) + 1 :]
     access = [
         ACCESS[v.access] + (0 if v.access == "none" else 2 if v.whole else 1) for v in variables
     ]

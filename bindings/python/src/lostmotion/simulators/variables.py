@@ -87,12 +87,10 @@ class Variable:
     whole: bool = False
 
 
-OUTPUTS = 10
-"""Outputs of any kind of FMU."""
-
 UNUSED = Variable("", "none")
 
 TIME = Variable("time", "independent", 0.0, "s", "simulation time")
+"""The last output; the parameters follow."""
 
 
 def split_field(name: str) -> tuple[str, str]:
