@@ -76,6 +76,19 @@ def test_a_shape_that_beats_an_effect_of_the_form_hides_no_better_effect(warm_ga
 def test_independent_pieces_of_work_keep_their_order():
     assert in_parallel(lambda x: x * x, range(20)) == [x * x for x in range(20)]
     assert in_parallel(str, [1]) == ["1"]
+    assert in_parallel(str, []) == []
+
+
+def test_work_in_parallel_may_have_parts_that_are_done_in_parallel():
+    def depth(levels: int) -> int:
+        return 1 + sum(in_parallel(depth, [levels - 1] * 3)) if levels else 1
+
+    assert depth(4) == 121
+
+
+def test_an_error_of_work_in_parallel_is_that_of_the_work():
+    with pytest.raises(ZeroDivisionError):
+        in_parallel(lambda x: 1 // (x - 7), range(9))
 
 
 def test_an_added_effect_never_makes_the_error_of_the_ladder_rise(warm_gap):

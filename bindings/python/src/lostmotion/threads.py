@@ -5,8 +5,9 @@ from __future__ import annotations
 import contextlib
 import os
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from typing import TypeVar
+from concurrent.futures import ThreadPoolExecutor, wait
+from functools import cache
+from typing import Any, TypeVar
 
 from threadpoolctl import threadpool_limits
 
@@ -24,12 +25,44 @@ def one_thread() -> Iterator[None]:
 
 
 def in_parallel(work: Callable[[Item], Answer], items: Sequence[Item]) -> list[Answer]:
-    """Apply a function to each item in parallel; results in the order of the items."""
-    workers = min(cores(), len(items), WORKERS_MAX)
-    if workers < 2:
+    """Apply a function to each item in parallel; results in the order of the items.
+
+    Work that is done in parallel may do its own parts in parallel: the calling thread takes items
+    too and never waits for a thread that has not begun. The result does not depend on the number of
+    threads if each item is independent of the others.
+    """
+    helpers = min(cores(), len(items), WORKERS_MAX) - 1
+    if helpers < 1:
         return [work(item) for item in items]
-    with ThreadPoolExecutor(workers) as pool:
-        return list(pool.map(work, items))
+    answers: list[Any] = [None] * len(items)
+    places = iter(range(len(items)))  # each place is taken once, whichever thread is next
+
+    def take() -> None:
+        for place in places:
+            answers[place] = work(items[place])
+
+    begun = [pool().submit(take) for _ in range(helpers)]
+    try:
+        take()
+    finally:
+        running = [helper for helper in begun if not helper.cancel()]
+        wait(running)
+    for helper in running:
+        helper.result()
+    return answers
+
+
+def both(one: Callable[[], Answer], other: Callable[[], Item]) -> tuple[Answer, Item]:
+    """Results of two independent pieces of work, done in parallel."""
+    work: list[Callable[[], Any]] = [one, other]
+    first, second = in_parallel(lambda piece: piece(), work)
+    return first, second
+
+
+@cache
+def pool() -> ThreadPoolExecutor:
+    """Threads beside the calling one; kept, because their start takes as long as small work."""
+    return ThreadPoolExecutor(min(cores(), WORKERS_MAX))
 
 
 def cores() -> int:

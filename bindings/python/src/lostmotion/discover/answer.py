@@ -25,7 +25,7 @@ from lostmotion.discover.gates import (
     family_p,
     large_enough,
 )
-from lostmotion.discover.ladder import make_rungs, told
+from lostmotion.discover.ladder import Rung, told
 from lostmotion.discover.linearise import Settled
 from lostmotion.discover.recorded_model import Selection
 from lostmotion.discover.refits import term_of
@@ -157,13 +157,13 @@ def told_slips(base: BaselineModel, place: int, within: float) -> list[dict[str,
     return found
 
 
-def make_ladder(models: Sequence[BaselineModel], found: Conclusion) -> list[dict[str, Any]]:
+def make_ladder(rungs: Sequence[Rung], found: Conclusion) -> list[dict[str, Any]]:
     """Errors of the baseline model and after each term, with the verdict on each effect."""
     ladder = told(
-        make_rungs(models),
+        rungs,
         [
             [t.effect.name for t in base.terms] + [shape.name for shape in shapes_of(base)]
-            for base in models
+            for base in (rung.model for rung in rungs)
         ],
     )
     for before, rung in pairwise(ladder):

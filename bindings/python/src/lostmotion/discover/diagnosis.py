@@ -34,6 +34,7 @@ from lostmotion.discover.events import (
 )
 from lostmotion.discover.few_readings import few_readings_diagnosis
 from lostmotion.discover.form_variance import form_error_told
+from lostmotion.discover.ladder import make_rungs
 from lostmotion.discover.linearise import noise_rms
 from lostmotion.discover.noise_floor import noise_floor, scatter_of
 from lostmotion.discover.outlier_runs import RUN_NEEDS, OutlierRuns, find_outlier_runs
@@ -55,7 +56,7 @@ from lostmotion.friction import Friction
 from lostmotion.hold_against import hold_against
 from lostmotion.on_progress import OnProgress
 from lostmotion.recordings import Campaign
-from lostmotion.threads import one_thread
+from lostmotion.threads import both, one_thread
 from lostmotion.torsion_curve import TorsionCurve
 
 REFIT_STEPS = 8
@@ -293,13 +294,18 @@ def conclude(
     )
     add_unnamed(found, selection, within)
     models = list(stepwise.models)
-    floor, within_told = stepwise.floor_arcsec, stepwise.within_arcsec
     if shapes_of(base):
         models.append(without_deviations(base, models[-1]))
-        floor, within_told = noise_floor(final, within), within
     if slipped:
         models.insert(0, without_slips(models[0], given))
-    ladder = make_ladder(models, found)
+
+    def yardsticks() -> tuple[float, float]:
+        if shapes_of(base):
+            return noise_floor(final, within), within
+        return stepwise.floor_arcsec, stepwise.within_arcsec
+
+    (floor, within_told), rungs = both(yardsticks, lambda: make_rungs(models))
+    ladder = make_ladder(rungs, found)
     harmful = {rung["effect"]: rung["harms"] for rung in ladder if rung.get("harms")}
     slips = range(given, given + slipped)
     told = [event.told(c.labels) for event in events]

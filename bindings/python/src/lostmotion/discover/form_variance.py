@@ -21,6 +21,7 @@ from lostmotion.evidence.noise import Noise
 from lostmotion.evidence.scatter import RestrictedLikelihood, reduce
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.form_error import FormError
+from lostmotion.threads import in_parallel
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -145,7 +146,7 @@ def estimate_form_error(
         return value + scale.size * log_sd + float(np.log(scale).sum())
 
     trials = np.log(noise_rms(noise, base)) + np.log(SD_TRIALS)
-    values = [objective(log_sd) for log_sd in trials]
+    values = in_parallel(objective, trials)
     least = int(np.argmin(values))
     if values[least] >= without - rules.GAIN_LEAST:
         return None

@@ -110,10 +110,12 @@ def make_rungs(models: Sequence[BaselineModel]) -> list[Rung]:
 def make_rung(model: BaselineModel, settings: Sequence[Setting], grown: bool) -> Rung:
     """Cross-validate a model; whether it has `grown` by an effect."""
     left = LeftOut(model)
-    left_out = np.concatenate([left.residual([run])[0] for run in range(len(left.pieces))])
+    runs = [[run] for run in range(len(left.pieces))]
+    rests = left.residuals([*runs, *(list(one.runs) for one in settings)])
+    left_out = np.concatenate([rest for (rest,) in rests[: len(runs)]])
     by_setting = {
-        one: np.array([mean_square(rest) for rest in left.residual(list(one.runs))])
-        for one in settings
+        one: np.array([mean_square(rest) for rest in own])
+        for one, own in zip(settings, rests[len(runs) :], strict=True)
     }
     return Rung(
         model,

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +15,7 @@ from lostmotion.discover.linearise import columns_of
 from lostmotion.effects.conditions import Conditions, side_by_side
 from lostmotion.evidence.noise import Noise, fit_noise
 from lostmotion.fit.baseline import BaselineModel
+from lostmotion.threads import in_parallel
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -22,7 +24,12 @@ CALM_RIDGE = 1e-7
 
 
 ROWS_AT_ONCE = 2048
-"""Rows of all columns that are in memory together."""
+"""Rows of all columns in a piece."""
+
+PIECES_AT_ONCE = 8
+"""Pieces whose products are in memory together."""
+
+Answer = TypeVar("Answer")
 
 
 @dataclass
@@ -64,9 +71,13 @@ class LargestModel:
         places = [slice(a, b) for a, b in pairwise(ends.tolist())]
         width = int(ends[-1])
         square, along = np.zeros((width, width)), np.zeros(width)
-        for at, piece in centred_pieces(base.conditions, parts):
-            square += piece @ piece.T
-            along += piece @ residual[at]
+
+        def products(at: slice, piece: FloatArray) -> tuple[FloatArray, FloatArray]:
+            return piece @ piece.T, piece @ residual[at]
+
+        for own, along_own in over_pieces(base.conditions, parts, products):
+            square += own
+            along += along_own
         norm = np.sqrt(np.diag(square))
         norm[norm == 0] = 1.0
         normal = square / np.outer(norm, norm)
@@ -75,9 +86,13 @@ class LargestModel:
             return cls(base, None, normal, norm, places)
         step = np.linalg.solve(normal, along / norm) / norm
         rest = base.conditions.centred(residual)
+
         # A column that is constant in every run has only rounding left: its step is huge.
-        for at, piece in centred_pieces(base.conditions, parts):
+        def subtract(at: slice, piece: FloatArray) -> None:
             rest[at] -= step @ piece
+
+        for _ in over_pieces(base.conditions, parts, subtract):
+            pass
         return cls(base, rest, normal, norm, places)
 
     def noise(self) -> Noise:
@@ -126,23 +141,26 @@ class LargestModel:
         return left / whole if whole > 0.0 else 1.0
 
 
-def centred_pieces(
-    c: Conditions, parts: Sequence[FloatArray]
-) -> Iterator[tuple[slice, FloatArray]]:
-    """Columns centred by run, transposed, some rows at a time.
+def over_pieces(
+    c: Conditions, parts: Sequence[FloatArray], work: Callable[[slice, FloatArray], Answer]
+) -> Iterator[Answer]:
+    """Apply a function to the columns, centred by run and transposed, some rows at a time.
 
     The columns are never in memory together: they would be several times the recordings.
     """
     means = np.concatenate([c.run_mean(part).T for part in parts])
-    room = np.empty((means.shape[0], min(ROWS_AT_ONCE, c.rows)))
-    for first in range(0, c.rows, ROWS_AT_ONCE):
+
+    def one(first: int) -> Answer:
         at = slice(first, min(first + ROWS_AT_ONCE, c.rows))
-        piece = room[:, : at.stop - first]
-        np.concatenate([part[at].T for part in parts], out=piece)
+        piece = np.concatenate([part[at].T for part in parts])
         for run in range(c.run_of[first], c.run_of[at.stop - 1] + 1):
             own = slice(max(int(c.starts[run]) - first, 0), int(c.starts[run + 1]) - first)
             piece[:, own] -= means[:, run, None]
-        yield at, piece
+        return work(at, piece)
+
+    for begin in range(0, c.rows, PIECES_AT_ONCE * ROWS_AT_ONCE):
+        end = min(begin + PIECES_AT_ONCE * ROWS_AT_ONCE, c.rows)
+        yield from in_parallel(one, range(begin, end, ROWS_AT_ONCE))
 
 
 def estimate_noise(base: BaselineModel, blocks: Sequence[FloatArray]) -> Noise:

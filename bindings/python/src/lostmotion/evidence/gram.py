@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion.evidence.noise import Noise
+from lostmotion.threads import in_parallel
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
@@ -100,7 +101,8 @@ def gather(
     scale[-1] = 1.0
     runs = starts.size - 1
     gram = np.empty((runs, total, total))
-    for r in range(runs):
+
+    def multiply(r: int) -> None:
         a, b = int(starts[r]), int(starts[r + 1])
         piece = np.empty((b - a, total), order="F")
         for part, at, count in zip(parts, offsets[:-1], counts, strict=True):
@@ -108,6 +110,8 @@ def gather(
         piece /= scale
         white = noise.whiten(piece, r)
         gram[r] = white.T @ white
+
+    in_parallel(multiply, range(runs))
     places = [np.arange(offsets[i], offsets[i + 1], dtype=np.intp) for i in range(len(parts))]
     return Evidence(
         gram,

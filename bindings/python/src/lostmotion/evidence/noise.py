@@ -29,8 +29,10 @@ NOISE_LEAST_ARCSEC = 1e-6
 values as samples, and their inverse square would overflow.
 """
 
-COLUMNS_AT_ONCE = 16
-"""Columns that are whitened together: for one run they fit into the processor's cache."""
+VALUES_AT_ONCE = 2**16
+"""Values of a run that are whitened together: they fit into the processor's cache, and each step
+takes long enough for threads.
+"""
 
 
 @dataclass
@@ -60,10 +62,11 @@ class Noise:
         n, count = values.shape
         lags = min(self.lags, n - 1)
         out = np.empty((n - lags, count), order="F")
-        room = np.empty((n - lags, min(COLUMNS_AT_ONCE, count)), order="F")
-        for first in range(0, count, COLUMNS_AT_ONCE):
-            given = values[:, first : first + COLUMNS_AT_ONCE]
-            made = out[:, first : first + COLUMNS_AT_ONCE]
+        together = max(VALUES_AT_ONCE // n, 1)
+        room = np.empty((n - lags, min(together, count)), order="F")
+        for first in range(0, count, together):
+            given = values[:, first : first + together]
+            made = out[:, first : first + together]
             part = room[:, : made.shape[1]]
             made[...] = given[lags:]
             for k, factor in enumerate(self.phi[run][:lags], start=1):

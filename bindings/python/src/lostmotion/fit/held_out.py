@@ -18,6 +18,7 @@ from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.least_squares import solve_within
 from lostmotion.fit.parameters import placed
 from lostmotion.rms import rms_of
+from lostmotion.threads import in_parallel
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
@@ -133,6 +134,12 @@ class LeftOut:
             return self.refitted(group)
         return left
 
+    def residuals(
+        self, groups: Sequence[Sequence[int]], refits: bool = True
+    ) -> list[list[FloatArray]]:
+        """`residual` of several groups, each left out alone."""
+        return in_parallel(lambda group: self.residual(group, refits), groups)
+
     def pieces_of(self, group: Sequence[int]) -> list[slice]:
         """Pieces of a group."""
         return [self.pieces[i] for i in group]
@@ -159,8 +166,9 @@ def held_out_residual(
     """
     left = LeftOut(base, starts, rows)
     out = left.out.copy()
-    for group in [[i] for i in range(len(left.pieces))] if groups is None else groups:
-        for at, rest in zip(left.pieces_of(group), left.residual(group, refits), strict=True):
+    groups = [[i] for i in range(len(left.pieces))] if groups is None else groups
+    for group, residual in zip(groups, left.residuals(groups, refits), strict=True):
+        for at, rest in zip(left.pieces_of(group), residual, strict=True):
             out[at] = rest
     return out
 
