@@ -667,18 +667,17 @@ static lm_real nothing_of(const lm_real *value, lm_real *own, const lm_condition
   return 0;
 }
 
+#define OF_STEP(field, ...)
+#define OTHER(field, ...) &at.field,
+#define NEED_OF_OTHER(field, NEED, ...) LM_NEEDS_##NEED,
+
 /* Each condition by itself that an effect needs: not finite, beyond its range, not set. Conditions
  * that no effect needs are not examined. */
 static void a_condition_that_means_nothing_is_refused(void) {
-  static const uint32_t needs[] = {LM_NEEDS_INPUT_ANGLE,    LM_NEEDS_OUTPUT_ANGLE,
-                                   LM_NEEDS_INPUT_VELOCITY, LM_NEEDS_OUTPUT_ACCELERATION,
-                                   LM_NEEDS_TEMPERATURE,    LM_NEEDS_CYCLES,
-                                   LM_NEEDS_TILT_MOMENT,    LM_NEEDS_AXIAL_FORCE};
+  static const uint32_t needs[] = {
+      LM_CONDITION_LIST(OF_STEP, NEED_OF_OTHER, NEED_OF_OTHER, NEED_OF_OTHER)};
+  lm_real *condition[] = {LM_CONDITION_LIST(OF_STEP, OTHER, OTHER, OTHER)};
   lm_real zero = 0;
-  lm_real *condition[] = {&at.input_angle_rad,      &at.output_angle_rad,
-                          &at.input_velocity_rad_s, &at.output_acceleration_rad_s2,
-                          &at.temperature_C,        &at.cycles,
-                          &at.tilt_moment_Nm,       &at.axial_force_N};
   const uint32_t judged =
       LM_STATE_INPUT_REFUSED | LM_STATE_CONDITION_MISSING | LM_STATE_EXTRAPOLATED;
   size_t i;

@@ -329,7 +329,9 @@ static void a_recording_is_the_single_steps(void) {
   TEST_ASSERT_EQUAL_MEMORY(&other, &memory, sizeof memory);
 }
 
-enum { ROWS = 203, COLUMNS = 10 };
+enum { ROWS = 203, COLUMNS = LM_CONDITION_COUNT };
+
+#define TAKE_COLUMN(field, ...) recording.field = found[i++];
 
 /* A recording with the columns of the set bits; some numbers are not finite. */
 static lm_recording draw_recording(uint32_t columns) {
@@ -353,16 +355,8 @@ static lm_recording draw_recording(uint32_t columns) {
   }
   memset(&recording, 0, sizeof recording);
   recording.count = ROWS;
-  recording.torque_Nm = found[0];
-  recording.input_angle_rad = found[1];
-  recording.output_angle_rad = found[2];
-  recording.input_velocity_rad_s = found[3];
-  recording.output_acceleration_rad_s2 = found[4];
-  recording.temperature_C = found[5];
-  recording.cycles = found[6];
-  recording.tilt_moment_Nm = found[7];
-  recording.axial_force_N = found[8];
-  recording.elapsed_s = found[9];
+  i = 0;
+  LM_CONDITION_LIST(TAKE_COLUMN, TAKE_COLUMN, TAKE_COLUMN, TAKE_COLUMN)
   return recording;
 }
 

@@ -64,22 +64,18 @@ static void any_parameters(lm_parameters *p) {
   }
 }
 
+#define ANY(field, ...) at.field = any();
+
 static lm_conditions any_conditions(void) {
   lm_conditions at;
-  at.torque_Nm = any();
-  at.input_angle_rad = any();
-  at.output_angle_rad = any();
-  at.input_velocity_rad_s = any();
-  at.output_acceleration_rad_s2 = any();
-  at.temperature_C = any();
-  at.cycles = any();
-  at.tilt_moment_Nm = any();
-  at.axial_force_N = any();
-  at.elapsed_s = any();
+  LM_CONDITION_LIST(ANY, ANY, ANY, ANY)
   at.elastic_rad = any();
   at.wound_Nm = any();
   return at;
 }
+
+#define LEAVE(field, ...)
+#define WITHIN(field, ...) at.field = Frama_C_float_interval(-1e12f, 1e12f);
 
 /* Every effect by itself, values in bounds, conditions as the model hands them on. */
 static void run_effects(void) {
@@ -97,14 +93,7 @@ static void run_effects(void) {
       own[k] = Frama_C_float_interval(-1e6f, 1e6f);
     }
     at.torque_Nm = Frama_C_float_interval(-1e6f, 1e6f);
-    at.input_angle_rad = Frama_C_float_interval(-1e12f, 1e12f);
-    at.output_angle_rad = Frama_C_float_interval(-1e12f, 1e12f);
-    at.input_velocity_rad_s = Frama_C_float_interval(-1e12f, 1e12f);
-    at.output_acceleration_rad_s2 = Frama_C_float_interval(-1e12f, 1e12f);
-    at.temperature_C = Frama_C_float_interval(-1e12f, 1e12f);
-    at.cycles = Frama_C_float_interval(-1e12f, 1e12f);
-    at.tilt_moment_Nm = Frama_C_float_interval(-1e12f, 1e12f);
-    at.axial_force_N = Frama_C_float_interval(-1e12f, 1e12f);
+    LM_CONDITION_LIST(LEAVE, WITHIN, WITHIN, WITHIN)
     at.elapsed_s = Frama_C_float_interval(0.0f, 1e6f);
     at.elastic_rad = Frama_C_float_interval(-1e3f, 1e3f);
     at.wound_Nm = Frama_C_float_interval(-1e6f, 1e6f);

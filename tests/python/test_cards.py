@@ -17,14 +17,15 @@ from conftest import needs_compiler
 from lostmotion.candidates.named import named_candidates
 from lostmotion.candidates.own_forms import own_forms
 from lostmotion.candidates.tangents import given_values, grid, resolved
+from lostmotion.condition_cards import CARDS
 from lostmotion.core import FILLED_IN, NEEDS, core
 from lostmotion.discover import Effect, Value, effect, include_folder, library, load
-from lostmotion.effects.condition_cards import CARDS
 from lostmotion.effects.conditions import MEASURED, Conditions
 from lostmotion.effects.formula import formula, write_c
 from lostmotion.errors import InputError
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.terms import start_values
+from lostmotion.recordings import QUANTITIES
 
 PACKAGE = Path(lostmotion.__file__).parent
 LIB = Path(__file__).resolve().parents[2] / "lib"
@@ -92,6 +93,22 @@ def test_conditions_are_the_fields_that_the_library_has() -> None:
     columns = [name for name, _ in core(64).ffi.typeof("lm_recording").fields]
     assert columns == ["count", *NEEDS, *FILLED_IN]
     assert CARDS.keys() == set(NEEDS)
+    assert all(
+        QUANTITIES[card.quantity].column == name for name, card in CARDS.items() if card.recorded[0]
+    )
+
+
+@pytest.mark.skipif(not (LIB / "runtime").exists(), reason="the C sources are not beside the tests")
+@pytest.mark.parametrize("condition", ["tilt_moment_Nm", "axial_force_N"])
+def test_a_condition_without_laws_of_its_own_is_stated_in_one_file(condition: str) -> None:
+    quantity = CARDS[condition].quantity
+    named = [f.name for f in PACKAGE.rglob("*.py") if quantity in f.read_text()]
+    named += [
+        f.name
+        for f in LIB.rglob("*.[ch]")
+        if f.parent.name != "effects" and quantity in f.read_text()
+    ]
+    assert named == ["condition_list.h"]
 
 
 @pytest.mark.skipif(not (LIB / "runtime").exists(), reason="the C sources are not beside the tests")

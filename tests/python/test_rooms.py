@@ -37,6 +37,7 @@ FLOORS = (
 GROUND = (
     "torsion_curve",
     "catalogue",
+    "condition_cards",
     "core",
     "errors",
     "files",

@@ -1,9 +1,9 @@
 /* The conditions that a host measures and that effects use: the only list of them.
  *
  * effects.h makes the fields of lm_conditions and lm_recording from these rows, model.c and
- * recording.c the code that reads them; Python takes names, order and bits from the structs. A new
- * condition is a row and its bit here; a FITTED one also needs its range in lm_validity
- * (parameters.h).
+ * recording.c the code that reads them; Python takes names, order and bits from the structs, and
+ * all else from the cards. A new condition is a bit, a row and a card in this file; a FITTED one
+ * also needs its range in lm_validity (parameters.h), which changes the binary form.
  *
  * A row: the field, its bit without LM_NEEDS_, and how the model reads it.
  *   STEP(field, NEED, unknown)        passed with each step: torque, time since the previous step
@@ -67,5 +67,37 @@
   BOUNDED(tilt_moment_Nm, TILT_MOMENT, LM_CONDITION_MAX)                     \
   BOUNDED(axial_force_N, AXIAL_FORCE, LM_CONDITION_MAX)                      \
   STEP(elapsed_s, TIME, 0)
+
+#define LM_CONDITION_TURNS 1u  /* effects are drawn over it even if they need the torque too */
+#define LM_CONDITION_SMOOTH 2u /* parts of the baseline model may depend on it smoothly */
+
+/* A card for each condition: the fields of lm_condition_card (effects.h) in their order. An effect
+ * belongs to the group of the first card here whose condition it needs. Ranges in the unit of the
+ * field, for a joint of size 20 with a rated torque of 40 N*m, for which the typical values of the
+ * effects are stated. */
+#define LM_CONDITION_CARD_LIST(CARD)                                                               \
+  CARD(temperature_C, "temperature", "of the drive", "Temperature", 0, 60, 0, 60,                  \
+       LM_REAL(-273.15), LM_REAL(1e4), LM_CONDITION_SMOOTH)                                        \
+  CARD(cycles, "cycles", "load cycles so far", "Wear", 0, LM_REAL(1e6), 0, LM_REAL(1e6), 0,        \
+       LM_REAL(1e15), LM_CONDITION_SMOOTH)                                                         \
+  CARD(elapsed_s, "elapsed time", "since the previous sample", "Time", 0, 0, 0, 0, 0, 0, 0u)       \
+  CARD(input_velocity_rad_s, "speed", "velocity of the wave generator", "Speed and acceleration",  \
+       -30, 30, 0, 30, 0, 0, LM_CONDITION_TURNS | LM_CONDITION_SMOOTH)                             \
+  CARD(tilt_moment_Nm, "tilt_moment", "on the output bearing", "Moments and forces on the output", \
+       -50, 50, 0, 50, LM_REAL(-1e6), LM_REAL(1e6), LM_CONDITION_SMOOTH)                           \
+  CARD(axial_force_N, "axial_force", "on the output bearing", "Moments and forces on the output",  \
+       -500, 500, -500, 500, LM_REAL(-1e9), LM_REAL(1e9), LM_CONDITION_SMOOTH)                     \
+  CARD(output_acceleration_rad_s2, "acceleration", "of the output shaft",                          \
+       "Speed and acceleration", -20, 20, 0, 20, 0, 0, LM_CONDITION_TURNS)                         \
+  CARD(input_angle_rad, "input_angle", "angle of the wave generator",                              \
+       "Angles of wave generator and output", -LM_PI, LM_PI, 0, LM_PI / 2, LM_REAL(-1e9),          \
+       LM_REAL(1e9), LM_CONDITION_TURNS)                                                           \
+  CARD(output_angle_rad, "output_angle", "angle of the output shaft; whole turns do not matter",   \
+       "Angles of wave generator and output", -LM_PI, LM_PI, 0, LM_PI / 2, LM_REAL(-1e9),          \
+       LM_REAL(1e9), LM_CONDITION_TURNS)                                                           \
+  CARD(                                                                                            \
+      torque_Nm, "torque",                                                                         \
+      "external torque on the output shaft, positive in the direction of a positive output angle", \
+      "Load", -40, 40, -40, 40, LM_REAL(-1e6), LM_REAL(1e6), 0u)
 
 #endif

@@ -64,6 +64,26 @@ typedef struct lm_conditions {
                      LM_UNKNOWN_OF_OTHERS) 0,                                        \
    0}
 
+#define LM_COUNT_CONDITION(...) +1
+#define LM_CONDITION_COUNT (0 LM_CONDITION_CARD_LIST(LM_COUNT_CONDITION))
+
+/* What is stated about a condition for people and for programs that read recordings. */
+typedef struct lm_condition_card {
+  const char *name;     /* field of lm_conditions */
+  const char *quantity; /* in recordings, with its unit as suffix, and in results */
+  const char *meaning;
+  const char *cause;   /* group of the effects that need it */
+  lm_real usual[2];    /* usual range; equal ends: it is no axis of a picture */
+  lm_real compared[2]; /* two values at which effects differ */
+  lm_real recorded[2]; /* permitted range of a column: values outside indicate a wrong unit or a
+                            damaged file. Equal ends: it is not recorded but derived */
+  uint32_t traits;     /* LM_CONDITION_ bits */
+} lm_condition_card;
+
+#if LM_EFFECT_CARDS
+extern const lm_condition_card lm_condition_cards[LM_CONDITION_COUNT];
+#endif
+
 /* Meaning of the number that an effect returns; parameters list effects in this order. */
 typedef enum lm_effect_kind {
   LM_EFFECT_TORQUE = 0,

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from lostmotion.candidates.candidate import Candidate
 from lostmotion.candidates.formulas import wave_over_angle, wave_over_torque
+from lostmotion.condition_cards import CARDS
 from lostmotion.effects.conditions import Conditions, side_by_side
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.point import Point
@@ -66,15 +67,9 @@ def channels(base: BaselineModel) -> dict[str, FloatArray]:
     """Quantities with a possible smooth influence on a part."""
     c = base.conditions
     found = {"torque": c.torque}
-    for name, column in (
-        ("temperature", "temperature_C"),
-        ("cycles", "cycles"),
-        ("speed", "input_velocity_rad_s"),
-        ("tilt_moment", "tilt_moment_Nm"),
-        ("axial_force", "axial_force_N"),
-    ):
-        if column in c.columns and np.ptp(c.columns[column]) > 0:
-            found[name] = c.columns[column]
+    for column, card in CARDS.items():
+        if card.smooth and column in c.columns and np.ptp(c.columns[column]) > 0:
+            found[card.quantity] = c.columns[column]
     if not base.has_effects:
         # The residual of creep or of a lag also depends on rates; this is not a second cause.
         found["torque_rate"] = usual_rates(base)

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.core import NEEDS, REFERENCE_TEMPERATURE_C
+from lostmotion.core import NEEDS
 from lostmotion.recordings import QUANTITIES, Campaign
 from lostmotion.units import ARCSEC
 
@@ -26,9 +26,6 @@ SAME_ANGLE = 1e-9
 
 MEASURED = {q.column: q.name for q in QUANTITIES.values() if q.column in NEEDS}
 """Conditions that are columns of a recording; the others are rates of these, or times."""
-
-NEUTRAL = {"temperature_C": REFERENCE_TEMPERATURE_C}
-"""Value of a condition that was not measured, where it is not zero."""
 
 
 def side_by_side(*parts: FloatArray) -> FloatArray:

@@ -15,8 +15,9 @@ from typing import Any, Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
+from lostmotion.condition_cards import NEUTRAL
 from lostmotion.core import NEEDS, Kind, core
-from lostmotion.effects.conditions import NEUTRAL, Conditions
+from lostmotion.effects.conditions import Conditions
 from lostmotion.errors import InputError, did_you_mean
 
 FloatArray = npt.NDArray[np.float64]

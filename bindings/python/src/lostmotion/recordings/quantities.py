@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass
 
 from lostmotion import units
+from lostmotion.condition_cards import CARDS
+from lostmotion.core import NEEDS
 
 
 @dataclass(frozen=True)
@@ -28,19 +30,25 @@ class Quantity:
         return f"{self.name}_{self.unit}" if self.unit else self.name
 
 
+def _of_conditions() -> list[Quantity]:
+    """Conditions that are columns of a recording, as their cards state them."""
+    found = []
+    for name in NEEDS:
+        low, high = CARDS[name].recorded
+        if low < high:
+            stem, unit = units.split_unit(name)
+            symbol, dimension = (unit.symbol, unit.dimension) if unit else ("", units.DIMENSIONLESS)
+            found.append(Quantity(stem, symbol, dimension, low, high))
+    return found
+
+
 QUANTITIES = {
     quantity.name: quantity
     for quantity in (
         Quantity("run", "", units.DIMENSIONLESS, -math.inf, math.inf),
         Quantity("time", "s", units.TIME, -1e12, 1e12),
-        Quantity("torque", "Nm", units.TORQUE, -1e6, 1e6),
-        Quantity("input_angle", "rad", units.ANGLE, -1e9, 1e9),
-        Quantity("output_angle", "rad", units.ANGLE, -1e9, 1e9),
+        *_of_conditions(),
         Quantity("lost_motion", "rad", units.ANGLE, -1e9, 1e9),
-        Quantity("temperature", "C", units.TEMPERATURE, -units.ZERO_CELSIUS_K, 1e4),
-        Quantity("cycles", "", units.DIMENSIONLESS, 0.0, 1e15),
-        Quantity("tilt_moment", "Nm", units.TORQUE, -1e6, 1e6),
-        Quantity("axial_force", "N", units.FORCE, -1e9, 1e9),
         Quantity("direction", "", units.DIMENSIONLESS, -1e6, 1e6),
         Quantity("motor_torque", "Nm", units.TORQUE, -1e6, 1e6),
         Quantity("motor_current", "A", units.CURRENT, -1e6, 1e6),

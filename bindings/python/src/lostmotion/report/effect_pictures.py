@@ -11,12 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lostmotion.condition_cards import CARDS, NEUTRAL
 from lostmotion.core import NEEDS
-from lostmotion.effects.condition_cards import CARDS, LOAD_NM
-from lostmotion.effects.conditions import NEUTRAL
 from lostmotion.effects.effect import Effect
 from lostmotion.report.maps import name_of
 from lostmotion.report.svg import Array, Drawing, signs
+from lostmotion.report.wording import split_quantity, written
 from lostmotion.results.colours import INK, SOFT
 from lostmotion.units import ARCSEC, plain_number
 
@@ -42,8 +42,8 @@ COLOURS = ("#0077bb", "#cc3311")
 """Of the curves at the lower and upper end; distinct for all types of colour vision."""
 
 
-SPANS = {name: span for name in NEEDS if (span := CARDS[name].span) is not None}
-"""Ranges of the conditions that are drawn."""
+LOAD_NM = CARDS["torque_Nm"].usual[1]
+"""Rated torque of the drive for which the typical values of the effects' cards are stated, N m."""
 
 
 @dataclass(frozen=True)
@@ -70,20 +70,20 @@ class Contribution:
 
 def contribution_of(effect: Effect) -> Contribution:
     """Evaluate an effect with its typical values."""
-    needed = [name for name in SPANS if name in effect.needs]
+    needed = [name for name in NEEDS if CARDS[name].drawn and name in effect.needs]
     others = [name for name in needed if name != "torque_Nm"]
     load = max(
         [LOAD_NM]
         + [BEYOND_LIMIT * v.typical for v in effect.values if v.role == "fixed" and "_Nm" in v.name]
     )
-    axis = next((name for name in others if CARDS[name].turning), "")
+    axis = next((name for name in others if CARDS[name].turns), "")
     axis = axis or (others[0] if others and "torque_Nm" not in needed else "torque_Nm")
     between = next((name for name in needed if name != axis), "")
     loop = axis == "torque_Nm"
-    along = loop_of(load) if loop else np.linspace(SPANS[axis].low, SPANS[axis].high, SAMPLES)
+    along = loop_of(load) if loop else np.linspace(*CARDS[axis].usual, SAMPLES)
     curves = []
-    for end in SPANS[between].ends if between else (0.0,):
-        run = {name: np.full(along.size, NEUTRAL.get(name, 0.0)) for name in NEEDS}
+    for end in CARDS[between].compared if between else (0.0,):
+        run = {name: np.full(along.size, NEUTRAL[name]) for name in NEEDS}
         run["elapsed_s"][:] = LOOP_S / along.size
         run["torque_Nm"] = np.full(along.size, 0.0)
         if between:
@@ -105,12 +105,24 @@ def loop_of(load_Nm: float) -> Array:
     return np.asarray(load_Nm * np.interp(phase, [0.0, 0.25, 0.75, 1.25, 1.5], [0, 1, -1, 1, 0]))
 
 
+def between_ends(condition: str, ends: tuple[float, float], between: str) -> str:
+    """Write two values of a condition with their unit."""
+    _, factor, unit = split_quantity(condition, ends[1])
+    low, high = (written(factor * end) for end in ends)
+    return f"±{high} {unit}" if ends[0] == -ends[1] else f"{low}{between}{high} {unit}".rstrip()
+
+
+def ends_of(condition: str) -> str:
+    """Write the two values of a condition at which an effect is drawn."""
+    return between_ends(condition, CARDS[condition].compared, " and ")
+
+
 def describe_picture(effect: Effect) -> str:
     """Describe the picture of an effect in words."""
     data = contribution_of(effect)
     text = f"contribution over {name_of(data.axis)[0]}"
     if data.between:
-        text += f", at {name_of(data.between)[0]} {SPANS[data.between].at}"
+        text += f", at {name_of(data.between)[0]} {ends_of(data.between)}"
     return text
 
 
@@ -140,9 +152,9 @@ def draw_effect(effect: Effect) -> str:
     unit = {"angle": "″", "torque": " N·m", "width": " × width"}[effect.kind]
     largest = plain_number(max((abs(low), low), (abs(high), high))[1], 2)
     drawing.text(MARGIN, LINE_PX - 3, signs(largest + unit), size=TEXT_PX, fill=INK)
-    reach = SPANS[data.axis].reach or f"±{right:.3g} N·m"
+    reach = between_ends(data.axis, (left, right), " to ")
     drawing.text(MARGIN, HEIGHT - 3, f"{name_of(data.axis)[0]}, {reach}", size=TEXT_PX, fill=INK)
     if data.between:
-        at = f"at {SPANS[data.between].at}"
+        at = f"at {ends_of(data.between)}"
         drawing.text(WIDTH - MARGIN, LINE_PX - 3, at, size=TEXT_PX, fill=INK, anchor="end")
     return drawing.render()

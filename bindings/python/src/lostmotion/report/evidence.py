@@ -10,12 +10,13 @@ import numpy.typing as npt
 
 from lostmotion import rules
 from lostmotion.candidates.shapes import channels
+from lostmotion.condition_cards import CARDS
 from lostmotion.discover.choice import Step
 from lostmotion.discover.contest_round import RecordedRound
 from lostmotion.discover.recorded_model import Selection
 from lostmotion.evidence.overlap import principal_angles
 from lostmotion.report.charts import Chart
-from lostmotion.report.maps import bins_of
+from lostmotion.report.maps import bins_of, name_of
 from lostmotion.report.svg import Array, signs
 from lostmotion.report.wording import with_signs, words
 from lostmotion.results import figures
@@ -209,7 +210,7 @@ def covariate_of(base: Any, covariate: str) -> tuple[Array, str] | None:
         return np.degrees(np.mod(c.columns[f"{covariate}_rad"], 2 * np.pi)), "°"
     if covariate == "run":
         return base.conditions.run_of + 1.0, "in order"
-    units = {"torque": "N·m", "temperature": "°C", "speed": "rad/s", "time": "s"}
+    units = {card.quantity: name_of(column)[1] for column, card in CARDS.items()} | {"time": "s"}
     found: Mapping[str, Array] = channels(base)
     return (found[covariate], units.get(covariate, "")) if covariate in found else None
 

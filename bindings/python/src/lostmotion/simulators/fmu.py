@@ -18,8 +18,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from lostmotion.condition_cards import CARDS
 from lostmotion.core import NEEDS, core
-from lostmotion.effects.condition_cards import CARDS
 from lostmotion.errors import InputError
 from lostmotion.export import Controller, build, describe_export, known_effects
 from lostmotion.files import write_whole
@@ -233,8 +233,8 @@ def data_header(controller: Controller, kind: Kind, variables: Sequence[Variable
     ]
     numbers = ",\n    ".join(float(variable.start).hex() for variable in parameters)
     own = "".join(f"extern const lm_effect lm_effect_{name};\n" for name in controller.own)
-    spans = [CARDS[name].span for name in NEEDS]
-    usual = ", ".join("1" if span is None else float(span.high).hex() for span in spans)
+    cards = [CARDS[name] for name in NEEDS]
+    usual = ", ".join(card.usual[1].hex() if card.drawn else "1" for card in cards)
     if kind != "compensator":  # which has no derivatives
         own += f"\nstatic const double fmu_unit[] = {{{usual}}};\n"
     pointers = ", ".join(f"&lm_effect_{name}" for name, _ in effects) or "0"

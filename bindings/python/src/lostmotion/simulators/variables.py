@@ -10,9 +10,9 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, fields
 from typing import Literal
 
+from lostmotion.condition_cards import CARDS, NEUTRAL
 from lostmotion.core import NEEDS, core, value_ranges
-from lostmotion.effects.condition_cards import CARDS
-from lostmotion.effects.conditions import MEASURED, NEUTRAL
+from lostmotion.effects.conditions import MEASURED
 from lostmotion.export import Controller, Envelope, Limits, Validity, Watch, known_effects
 from lostmotion.recordings import QUANTITIES
 
@@ -123,7 +123,7 @@ def _input(controller: Controller, kind: Kind, condition: str) -> Variable:
     if condition == {"torque": "output_angle_rad", "angles": "torque_Nm"}.get(kind):
         return UNUSED
     name, unit = split_field(condition)
-    meaning, start = CARDS[condition].meaning, NEUTRAL.get(condition, 0.0)
+    meaning, start = CARDS[condition].meaning, NEUTRAL[condition]
     if condition == "torque_Nm":
         limit = controller.torque_limit_Nm
         return Variable(name, "input", start, unit, meaning, -limit, limit)

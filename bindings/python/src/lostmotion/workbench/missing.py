@@ -13,7 +13,7 @@ from urllib.parse import quote
 from nicegui import ui
 
 from lostmotion import rules
-from lostmotion.effects.condition_cards import cause_of
+from lostmotion.condition_cards import cause_of
 from lostmotion.effects.effect import Effect
 from lostmotion.report.discovery import detectable_rows, verdict_sentence
 from lostmotion.report.effect_pictures import HEIGHT, WIDTH
