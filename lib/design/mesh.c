@@ -198,8 +198,8 @@ static lm_real general_angle(const flank_point *point) {
   return real_atan(point->tangent) - point->half_angle_rad + point->flank_angle_rad;
 }
 
-/* Newton from the chord between both ends of the flank, kept between them. The flank is nearly
- * radial, so a step shorter than this share of the module leaves rounding. */
+/* Newton, kept between the ends of the flank. The flank is nearly radial, so after a step shorter
+ * than this share of the module the tangent leads to the radius within rounding. */
 #define RADIUS_STEPS 4
 #if LM_REAL_BITS == 32
 #define RADIUS_END LM_REAL(1e-4)
@@ -207,43 +207,35 @@ static lm_real general_angle(const flank_point *point) {
 #define RADIUS_END LM_REAL(1e-8)
 #endif
 
-/* Polar radii of both ends of the flank. */
-typedef struct flank_ends {
-  lm_real low_mm;
-  lm_real high_mm;
-} flank_ends;
-
-static lm_flank_foot foot_on_radius(const flank_pair *pair, const flank_ends *at, lm_real target) {
+/* The foot on a polar radius, from one near it. */
+static lm_flank_foot foot_on_radius(const flank_pair *pair, lm_flank_foot foot, lm_real target) {
   const lm_flank *flank = &pair->mesh->flank;
   const lm_real c = pair->place.tilt_cos;
   const lm_real s = pair->place.tilt_sin;
-  lm_real parameter = flank->low_mm + (target - at->low_mm) / (at->high_mm - at->low_mm) *
-                                          (flank->high_mm - flank->low_mm);
-  lm_real step = REAL_INFINITY;
   int i;
   for (i = 0;; i++) {
-    lm_flank_foot foot;
     lm_real along;
     lm_real across;
     lm_real radius;
-    parameter = parameter < flank->low_mm ? flank->low_mm : parameter;
-    parameter = parameter > flank->high_mm ? flank->high_mm : parameter;
-    foot = lm_evaluate_flank(flank, parameter);
-    if (i == RADIUS_STEPS || real_fabs(step) <= RADIUS_END * pair->mesh->geometry.module_mm) {
-      return foot;
-    }
+    lm_real step;
+    lm_real next;
     place_foot(pair, &foot, &along, &across);
     radius = real_sqrt(along * along + across * across);
     step = (target - radius) * radius /
            (along * (foot.along_slope * c - pair->side * foot.across_slope * s) +
             across * (foot.along_slope * s + pair->side * foot.across_slope * c));
-    parameter += step;
+    next = foot.radius_mm + step;
+    next = next < flank->low_mm ? flank->low_mm : next;
+    next = next > flank->high_mm ? flank->high_mm : next;
+    if (i == RADIUS_STEPS || real_fabs(step) <= RADIUS_END * pair->mesh->geometry.module_mm) {
+      step = next - foot.radius_mm;
+      foot.radius_mm = next;
+      foot.along_mm += foot.along_slope * step;
+      foot.across_mm += foot.across_slope * step;
+      return foot;
+    }
+    foot = lm_evaluate_flank(flank, next);
   }
-}
-
-static flank_point general_on_radius(const flank_pair *pair, const flank_ends *at, lm_real target) {
-  const lm_flank_foot foot = foot_on_radius(pair, at, target);
-  return general_foot(pair, &foot);
 }
 
 /* Lowest value of the cubic through both ends and slopes of a bracket, by the parabola of the
@@ -326,20 +318,6 @@ static flank_point touch_corner(const flank_point *low, const flank_point *high,
   return tip;
 }
 
-/* Largest distance of the samples on a piece of the flank, modules; chosen: of 200 random drives
- * none has two significant minima between two samples (LM_FLANK_DRIVES,
- * tests/python/test_flanks.py). */
-#define SAMPLE_MODULES LM_REAL(0.15)
-
-/* Largest number of pieces of a flank. */
-#define PIECES_MAX (LM_FLANK_JOINTS_MAX + LM_CONJUGATE_CORNERS_MAX + 2)
-
-/* An end of a piece of the flexspline's flank; at a corner of the rigid one the slope jumps. */
-typedef struct piece_end {
-  lm_real foot_mm;
-  int is_corner;
-} piece_end;
-
 /* Distance of the samples on both sides of a corner from it, so that rounding does not choose the
  * side. */
 #if LM_REAL_BITS == 32
@@ -348,54 +326,9 @@ typedef struct piece_end {
 #define ASIDE_MODULES LM_REAL(1e-6)
 #endif
 
-static int insert_corner(piece_end end[], int count, lm_real foot_mm) {
-  int i = count;
-  for (; i > 0 && end[i - 1].foot_mm > foot_mm; i--) {
-    end[i] = end[i - 1];
-  }
-  end[i].foot_mm = foot_mm;
-  end[i].is_corner = 1;
-  return count + 1;
-}
-
-/* Ends of the pieces of the flexspline's flank by rising parameter: its joints, the points at the
- * corners and the end of a conjugate flank, and its own end. */
-static int list_pieces(const flank_pair *pair, const flank_ends *at, const flank_point *low,
-                       const flank_point *high, piece_end end[]) {
-  const lm_mesh *mesh = pair->mesh;
-  const lm_conjugate *rigid = &mesh->conjugate;
-  int count = 0;
-  int i;
-  for (; count < mesh->flank.joints; count++) {
-    end[count].foot_mm = mesh->flank.joint_mm[count];
-    end[count].is_corner = 0;
-  }
-  if (mesh->rigid_kind != LM_FLANK_INVOLUTE) {
-    for (i = 0; i < rigid->corners; i++) {
-      if (rigid->corner_mm[i] > low->radius_mm && rigid->corner_mm[i] < high->radius_mm) {
-        count = insert_corner(end, count, foot_on_radius(pair, at, rigid->corner_mm[i]).radius_mm);
-      }
-    }
-    if (high->radius_mm > rigid->land_mm) {
-      count = insert_corner(end, count, foot_on_radius(pair, at, rigid->land_mm).radius_mm);
-    }
-  }
-  end[count].foot_mm = high->foot_mm;
-  end[count].is_corner = 0;
-  return count + 1;
-}
-
-/* The lowest value so far, and the bracket that may contain a lower one. */
-typedef struct descent {
-  flank_point best;
-  flank_point low;
-  flank_point high;
-  lm_real floor;
-} descent;
-
-static void see(descent *d, const flank_point *point) {
-  if (point->gap_rad < d->best.gap_rad) {
-    d->best = *point;
+static void see(flank_point *best, const flank_point *point) {
+  if (point->gap_rad < best->gap_rad) {
+    *best = *point;
   }
 }
 
@@ -403,59 +336,84 @@ static int falls_and_rises(const flank_point *low, const flank_point *high) {
   return low->gap_slope < LM_REAL(0) && high->gap_slope > LM_REAL(0);
 }
 
-/* Both flanks may bend either way, so the gap is sampled along every piece of the flexspline's
- * flank; the lowest sample, the lowest corner, or the lowest minimum that two slopes enclose. No
- * bracket contains a corner, also if the flank ends right behind it: the slope jumps there, and the
- * search for a smooth minimum would not converge. */
-static flank_point general_minimum(const flank_pair *pair, const flank_ends *at,
-                                   const flank_point *low, const flank_point *high) {
-  const lm_real module = pair->mesh->geometry.module_mm;
-  const lm_real aside = ASIDE_MODULES * module;
-  descent d;
-  flank_point before = *low;
-  piece_end end[PIECES_MAX];
-  const int pieces = list_pieces(pair, at, low, high, end);
-  int piece;
-  int steps;
+/* Between two points of the flank without a corner between them. */
+static void look_between(const flank_pair *pair, const flank_point *low, const flank_point *high,
+                         flank_point *best) {
+  if (falls_and_rises(low, high) && bracket_floor(low, high) < best->gap_rad) {
+    const flank_point inside = bracketed_minimum(pair, low, high);
+    see(best, &inside);
+  }
+}
+
+/* Whether the flank may come closer between two samples with a corner between them than the lowest
+ * point so far. A corner is the edge of two smooth flanks, so the gap falls no faster between the
+ * samples than at them; the end of the generated flank is steeper. */
+static int is_near(const flank_point *best, const flank_point *low, const flank_point *high) {
+  const lm_real below = low->gap_rad < high->gap_rad ? low->gap_rad : high->gap_rad;
+  const lm_real a = real_fabs(low->gap_slope);
+  const lm_real b = real_fabs(high->gap_slope);
+  return below - (a > b ? a : b) * (high->foot_mm - low->foot_mm) < best->gap_rad;
+}
+
+/* The flank on a corner's radius between two samples: a point on each side of it, and the corner
+ * itself where it touches. *before is the last point below, then the first one beyond. */
+static void look_at_corner(const flank_pair *pair, lm_real radius, const flank_point *high,
+                           flank_point *before, flank_point *best) {
+  const lm_real aside = ASIDE_MODULES * pair->mesh->geometry.module_mm;
+  const lm_real share = (radius - before->radius_mm) / (high->radius_mm - before->radius_mm);
+  const lm_flank *flank = &pair->mesh->flank;
+  const lm_real at =
+      foot_on_radius(
+          pair,
+          lm_evaluate_flank(flank, before->foot_mm + share * (high->foot_mm - before->foot_mm)),
+          radius)
+          .radius_mm;
+  flank_point beyond = *high;
+  if (at - aside > before->foot_mm) {
+    const flank_point below = general_point(pair, at - aside);
+    see(best, &below);
+    look_between(pair, before, &below, best);
+    *before = below;
+  }
+  if (at + aside < high->foot_mm) {
+    beyond = general_point(pair, at + aside);
+    see(best, &beyond);
+  }
+  if (falls_and_rises(before, &beyond)) {
+    const flank_point tip = touch_corner(before, &beyond, at - before->foot_mm);
+    see(best, &tip);
+  }
+  *before = beyond;
+}
+
+/* Both flanks may bend either way, so the gap is sampled along the flexspline's flank; the lowest
+ * sample, the lowest corner of the rigid flank, or the lowest minimum that two slopes enclose. No
+ * bracket contains a corner: the slope jumps there, and the search for a smooth minimum would not
+ * converge. The samples rise; the corners are listed with falling radii, and the land is above all
+ * of them. */
+static flank_point general_minimum(const flank_pair *pair, const flank_point sample[], int count) {
+  const lm_conjugate *rigid = &pair->mesh->conjugate;
+  int corner = pair->mesh->rigid_kind != LM_FLANK_INVOLUTE ? rigid->corners - 1 : -2;
+  flank_point best = sample[0];
   int i;
-  d.best = *low;
-  d.low = *low;
-  d.high = *low;
-  d.floor = REAL_INFINITY;
-  for (piece = 0; piece < pieces; piece++) {
-    const lm_real from = before.foot_mm;
-    const lm_real reach = end[piece].foot_mm - (end[piece].is_corner ? aside : LM_REAL(0));
-    const lm_real to = reach < high->foot_mm ? reach : high->foot_mm;
-    steps = to > from ? 1 + (int)((to - from) / (SAMPLE_MODULES * module)) : 0;
-    for (i = 1; i <= steps; i++) {
-      const flank_point now = general_point(pair, from + (to - from) * LM_REAL(i) / LM_REAL(steps));
-      see(&d, &now);
-      if (falls_and_rises(&before, &now)) {
-        const lm_real lowest = bracket_floor(&before, &now);
-        if (lowest < d.floor) {
-          d.floor = lowest;
-          d.low = before;
-          d.high = now;
-        }
-      }
-      before = now;
-    }
-    if (end[piece].is_corner && end[piece].foot_mm < high->foot_mm) {
-      const lm_real past = end[piece].foot_mm + aside;
-      const flank_point beyond = general_point(pair, past < high->foot_mm ? past : high->foot_mm);
-      see(&d, &beyond);
-      if (falls_and_rises(&before, &beyond)) {
-        const flank_point tip = touch_corner(&before, &beyond, end[piece].foot_mm - before.foot_mm);
-        see(&d, &tip);
-      }
-      before = beyond;
-    }
+  for (i = 1; i < count; i++) {
+    see(&best, &sample[i]);
   }
-  if (d.floor < d.best.gap_rad) {
-    const flank_point inside = bracketed_minimum(pair, &d.low, &d.high);
-    see(&d, &inside);
+  for (i = 1; i < count; i++) {
+    const flank_point *high = &sample[i];
+    flank_point before = sample[i - 1];
+    for (; corner >= -1; corner--) {
+      const lm_real radius = corner < 0 ? rigid->land_mm : rigid->corner_mm[corner];
+      if (!(radius < high->radius_mm)) {
+        break;
+      }
+      if (radius > before.radius_mm && (corner < 0 || is_near(&best, &before, high))) {
+        look_at_corner(pair, radius, high, &before, &best);
+      }
+    }
+    look_between(pair, &before, high, &best);
   }
-  return d.best;
+  return best;
 }
 
 static int is_involute_pair(const lm_mesh *mesh) {
@@ -463,17 +421,53 @@ static int is_involute_pair(const lm_mesh *mesh) {
          !(mesh->flank.relief_mm > LM_REAL(0));
 }
 
+/* The flank point on a polar radius within the flank, and the number of samples of the mesh below
+ * it. */
+static flank_point general_on_radius(const flank_pair *pair, lm_real at_low, lm_real at_high,
+                                     lm_real target, int *below) {
+  const lm_mesh *mesh = pair->mesh;
+  const lm_real guess = mesh->low.radius_mm + (target - at_low) / (at_high - at_low) *
+                                                  (mesh->high.radius_mm - mesh->low.radius_mm);
+  lm_flank_foot foot;
+  int i = 0;
+  while (i < mesh->samples - 1 && mesh->sample[i].radius_mm < guess) {
+    i++;
+  }
+  foot = foot_on_radius(pair, mesh->sample[i], target);
+  while (i > 0 && mesh->sample[i - 1].radius_mm >= foot.radius_mm) {
+    i--;
+  }
+  while (i < mesh->samples && mesh->sample[i].radius_mm < foot.radius_mm) {
+    i++;
+  }
+  *below = i;
+  return general_foot(pair, &foot);
+}
+
 static lm_gap general_gap(const flank_pair *pair, lm_real at_low, lm_real at_high) {
   const lm_mesh *mesh = pair->mesh;
-  const flank_ends at = {at_low, at_high};
-  const flank_point low = at_low < mesh->polar_low_mm
-                              ? general_on_radius(pair, &at, mesh->polar_low_mm)
-                              : general_foot(pair, &mesh->low);
-  const flank_point high = at_high > mesh->polar_high_mm
-                               ? general_on_radius(pair, &at, mesh->polar_high_mm)
-                               : general_foot(pair, &mesh->high);
-  const flank_point nearest = general_minimum(pair, &at, &low, &high);
+  flank_point point[LM_FLANK_SAMPLES_MAX + 2];
+  flank_point nearest;
   lm_gap gap;
+  int first = 0;
+  int end = mesh->samples;
+  int count = 0;
+  int i;
+  if (at_low < mesh->polar_low_mm) {
+    point[count++] = general_on_radius(pair, at_low, at_high, mesh->polar_low_mm, &first);
+    first += first < end && !(mesh->sample[first].radius_mm > point[0].foot_mm);
+  }
+  if (at_high > mesh->polar_high_mm) {
+    point[LM_FLANK_SAMPLES_MAX + 1] =
+        general_on_radius(pair, at_low, at_high, mesh->polar_high_mm, &end);
+  }
+  for (i = first; i < end; i++) {
+    point[count++] = general_foot(pair, &mesh->sample[i]);
+  }
+  if (at_high > mesh->polar_high_mm) {
+    point[count++] = point[LM_FLANK_SAMPLES_MAX + 1];
+  }
+  nearest = general_minimum(pair, point, count);
   gap.gap_rad = nearest.gap_rad;
   gap.radius_mm = nearest.radius_mm;
   gap.flank_angle_rad = general_angle(&nearest);
@@ -514,6 +508,34 @@ static lm_gap flank_gap(const flank_pair *pair) {
   return gap;
 }
 
+/* Largest distance of the samples on the flank, modules; chosen: of 200 random drives none has two
+ * significant minima between two samples (LM_FLANK_DRIVES, tests/python/test_flanks.py). */
+#define SAMPLE_MODULES LM_REAL(0.15)
+
+/* The flank between its joints is sampled in equal steps. */
+static void sample_flank(lm_mesh *mesh) {
+  const lm_flank *flank = &mesh->flank;
+  const lm_real height = flank->high_mm - flank->low_mm;
+  const lm_real least = height / LM_REAL(LM_FLANK_SAMPLES_MAX - LM_FLANK_JOINTS_MAX - 2);
+  const lm_real usual = SAMPLE_MODULES * mesh->geometry.module_mm;
+  const lm_real step = usual > least ? usual : least;
+  lm_real from = flank->low_mm;
+  int piece;
+  mesh->sample[0] = mesh->low;
+  mesh->samples = 1;
+  for (piece = 0; piece <= flank->joints; piece++) {
+    const int inner = piece < flank->joints && flank->joint_mm[piece] < flank->high_mm;
+    const lm_real to = inner ? flank->joint_mm[piece] : flank->high_mm;
+    const int steps = to > from ? 1 + (int)((to - from) / step) : 0;
+    int i;
+    for (i = 1; i <= steps; i++) {
+      mesh->sample[mesh->samples++] =
+          lm_evaluate_flank(flank, from + (to - from) * LM_REAL(i) / LM_REAL(steps));
+    }
+    from = to > from ? to : from;
+  }
+}
+
 /* The flexspline's flank runs from its tip or base circle to its root, the rigid one from its root
  * or base circle to its tip; the root of an internal rigid gear is no limit, because a separate
  * check examines it.
@@ -529,6 +551,9 @@ static void limit_flanks(lm_mesh *mesh) {
     const int below = g->rigid_root_mm < g->rigid.base_mm;
     mesh->polar_low_mm = below ? g->rigid.base_mm : g->rigid_root_mm;
     mesh->polar_high_mm = g->rigid_tip_mm;
+  }
+  if (!is_involute_pair(mesh)) {
+    sample_flank(mesh);
   }
 }
 

@@ -119,8 +119,8 @@ static void find_supports(const lm_drive *drive, const lm_mesh *mesh, supports *
  * (the ring's plus their own). The deflection at the tooth is G - g M^-1 g. With M = L L^T that is
  * G - v v, v = L^-1 g. */
 lm_status lm_make_rim_support(const lm_drive *drive, const lm_mesh *mesh,
-                              const lm_clearance teeth[], int count, lm_foundation *foundation,
-                              lm_fault *fault) {
+                              const lm_clearance teeth[], int first, int last,
+                              lm_foundation *foundation, lm_fault *fault) {
   lm_real factor[LM_SUPPORTS_MAX][LM_SUPPORTS_MAX];
   lm_real radius;
   lm_real stiffness;
@@ -132,8 +132,9 @@ lm_status lm_make_rim_support(const lm_drive *drive, const lm_mesh *mesh,
   if (drive == 0 || mesh == 0 || teeth == 0 || foundation == 0) {
     return refuse(fault, LM_NULL, "drive, mesh, teeth, foundation");
   }
-  if (count < 1 || count > LM_LOBE_TEETH_MAX) {
-    return refuse_range(fault, "teeth", LM_REAL(count), LM_REAL(1), LM_REAL(LM_LOBE_TEETH_MAX));
+  if (first < 0 || first > last || last >= LM_LOBE_TEETH_MAX) {
+    return refuse_range(fault, "teeth", LM_REAL(last), LM_REAL(first),
+                        LM_REAL(LM_LOBE_TEETH_MAX - 1));
   }
   radius = mesh->geometry.neutral_mm;
   stiffness = drive->support.ring_stiffness_N_mm2;
@@ -153,12 +154,14 @@ lm_status lm_make_rim_support(const lm_drive *drive, const lm_mesh *mesh,
       factor[i][j] = i == j ? real_sqrt(sum) : sum / factor[j][j];
     }
   }
-  for (i = 0; i < count; i++) {
-    lm_real *hold = foundation->hold[i];
-    const lm_real angle = teeth[i].angle_rad;
+  for (i = 0; i <= last - first; i++) {
     foundation->yield_mm_per_N[i] =
         drive->support.ring_factor *
-        lm_free_ring_yield(radius, stiffness, angle - teeth[0].angle_rad);
+        lm_free_ring_yield(radius, stiffness, teeth[i].angle_rad - teeth[0].angle_rad);
+  }
+  for (i = first; i <= last; i++) {
+    lm_real *hold = foundation->hold[i];
+    const lm_real angle = teeth[i].angle_rad;
     for (j = 0; j < held.count; j++) {
       lm_real sum = root * lm_free_ring_yield(radius, stiffness, angle - held.angle_rad[j]);
       for (k = 0; k < j; k++) {

@@ -203,6 +203,14 @@ static void ellipse_radius(const lm_neutral_line *line, lm_real polar, lm_real *
   *parameter = t;
 }
 
+/* R - r_m and dR/dp of a line that is no ellipse. */
+static void rise_of_wave(const lm_neutral_line *line, const lm_wave *wave, lm_real *above_mm,
+                         lm_real *slope_mm) {
+  const lm_real scale = line->deflection_mm - line->offset_mm;
+  *above_mm = line->sense * (scale * wave->radial + line->offset_mm);
+  *slope_mm = line->sense * scale * wave->slope;
+}
+
 /* R - r_m and dR/dp for 0 <= p <= pi/2. Small quantities are computed directly, for float32. */
 static void rise(const lm_neutral_line *line, lm_real polar, lm_real *above_mm, lm_real *slope_mm) {
   if (line->shape.type == LM_ELLIPSE) {
@@ -212,9 +220,7 @@ static void rise(const lm_neutral_line *line, lm_real polar, lm_real *above_mm, 
     *above_mm = radius - line->radius_mm;
   } else {
     const lm_wave wave = wave_in_quadrant(&line->shape, polar);
-    const lm_real scale = line->deflection_mm - line->offset_mm;
-    *above_mm = line->sense * (scale * wave.radial + line->offset_mm);
-    *slope_mm = line->sense * scale * wave.slope;
+    rise_of_wave(line, &wave, above_mm, slope_mm);
   }
 }
 
@@ -256,42 +262,60 @@ static lm_real excess_length(const lm_neutral_line *line, lm_real above, lm_real
   return (above * (LM_REAL(2) * line->radius_mm + above) + slope * slope) / (ds + line->radius_mm);
 }
 
-/* Length of a quadrant minus pi/2 r_m, and its derivative by c0. */
-static void quadrant_excess(const lm_neutral_line *line, lm_real *excess, lm_real *by_offset) {
+/* A point of the quadrature over a quadrant of a line that is no ellipse. */
+typedef struct quadrature_point {
+  lm_real weight;
+  lm_wave wave;
+} quadrature_point;
+
+#define QUADRATURE_POINTS (2 * GAUSS_POINTS) /* both zones of the shape */
+
+static void place_quadrature(const lm_neutral_line *line, quadrature_point point[]) {
   const lm_real junction = line->shape.contact_half_angle_rad;
   int segment;
   int i;
-  *excess = LM_REAL(0);
-  *by_offset = LM_REAL(0);
   for (segment = 0; segment < 2; segment++) {
     const lm_real from = segment == 0 ? LM_REAL(0) : junction;
     const lm_real to = segment == 0 ? junction : HALF_PI;
     const lm_real half = (to - from) / LM_REAL(2);
     for (i = 0; i < GAUSS_POINTS; i++) {
       const lm_real polar = from + half * (LM_REAL(1) + LM_REAL(gauss_node[i]));
-      const lm_real weight = half * LM_REAL(gauss_weight[i]);
-      const lm_wave wave = wave_in_quadrant(&line->shape, polar);
-      lm_real above;
-      lm_real slope;
-      lm_real ds;
-      rise(line, polar, &above, &slope);
-      ds = line->radius_mm + excess_length(line, above, slope);
-      *excess += weight * (ds - line->radius_mm);
-      *by_offset += weight * line->sense *
-                    ((line->radius_mm + above) * (LM_REAL(1) - wave.radial) - slope * wave.slope) /
-                    ds;
+      point[segment * GAUSS_POINTS + i].weight = half * LM_REAL(gauss_weight[i]);
+      point[segment * GAUSS_POINTS + i].wave = wave_in_quadrant(&line->shape, polar);
     }
+  }
+}
+
+/* Length of a quadrant minus pi/2 r_m, and its derivative by c0. */
+static void quadrant_excess(const lm_neutral_line *line, const quadrature_point point[],
+                            lm_real *excess, lm_real *by_offset) {
+  int i;
+  *excess = LM_REAL(0);
+  *by_offset = LM_REAL(0);
+  for (i = 0; i < QUADRATURE_POINTS; i++) {
+    const lm_wave *wave = &point[i].wave;
+    lm_real above;
+    lm_real slope;
+    lm_real ds;
+    rise_of_wave(line, wave, &above, &slope);
+    ds = line->radius_mm + excess_length(line, above, slope);
+    *excess += point[i].weight * (ds - line->radius_mm);
+    *by_offset += point[i].weight * line->sense *
+                  ((line->radius_mm + above) * (LM_REAL(1) - wave->radial) - slope * wave->slope) /
+                  ds;
   }
 }
 
 /* c0 from the closed length: Newton from 0. The length is nearly linear in c0, so five rounds reach
  * rounding for every deflection in range. */
 static void close_wave(lm_neutral_line *line) {
+  quadrature_point point[QUADRATURE_POINTS];
   int i;
+  place_quadrature(line, point);
   for (i = 0; i < 5; i++) {
     lm_real excess;
     lm_real by_offset;
-    quadrant_excess(line, &excess, &by_offset);
+    quadrant_excess(line, point, &excess, &by_offset);
     line->offset_mm -= excess / by_offset;
   }
 }

@@ -607,9 +607,34 @@ static lm_status find_rest(path *p, lm_rest *rest, lm_fault *fault) {
 static void keep_rest(path *p) {
   lm_take_up_workspace *w = p->w;
   int i;
+  w->rest_active_count = w->active_count;
+  for (i = 0; i < w->active_count; i++) {
+    w->rest_active[i] = w->active[i];
+  }
+  for (i = 0; i < w->active_count * (w->active_count + 1) / 2; i++) {
+    w->rest_factor[i] = w->factor[i];
+  }
   for (i = 0; i < p->count; i++) {
     w->rest_force[i] = w->place[i] < 0 ? LM_REAL(0) : w->force[w->place[i]];
     w->rest_slack_mm[i] = w->place[i] < 0 ? w->slack_mm[i] : LM_REAL(0);
+  }
+}
+
+static void return_to_rest(path *p) {
+  lm_take_up_workspace *w = p->w;
+  int i;
+  for (i = 0; i < p->count; i++) {
+    w->place[i] = -1;
+    w->slack_mm[i] = w->rest_slack_mm[i];
+  }
+  w->active_count = w->rest_active_count;
+  for (i = 0; i < w->active_count; i++) {
+    w->active[i] = w->rest_active[i];
+    w->place[w->active[i]] = i;
+    w->force[i] = w->rest_force[w->active[i]];
+  }
+  for (i = 0; i < w->active_count * (w->active_count + 1) / 2; i++) {
+    w->factor[i] = w->rest_factor[i];
   }
 }
 
@@ -889,7 +914,7 @@ lm_status lm_coupled_take_up(const lm_contact contacts[], int count,
     status = follow(&p, TURN_DOWN, torque_Nm, below - 1, 0, states, fault);
   }
   if (status == LM_OK && below > 0 && above < torques) {
-    (void)find_rest(&p, &found, fault); /* as the first time, so it cannot fail */
+    return_to_rest(&p);
   }
   if (status == LM_OK && above < torques) {
     status = follow(&p, TURN_UP, torque_Nm, above, torques - 1, states, fault);

@@ -181,10 +181,25 @@ void lm_make_tooth_outline(const lm_drive *drive, const lm_mesh *mesh, int rigid
   }
 }
 
+/* lm_outline_flank without the angle. */
+static lm_real flank_half(const lm_tooth_outline *o, lm_real height_mm) {
+  const lm_mesh *mesh = o->mesh;
+  const lm_real radius = o->root_mm - height_mm;
+  lm_real tangent;
+  if (!o->rigid) {
+    return lm_evaluate_flank(&mesh->flank, o->root_mm + height_mm).across_mm;
+  }
+  if (mesh->rigid_kind == LM_FLANK_INVOLUTE) {
+    return lm_outline_flank(o, height_mm).half_mm;
+  }
+  return radius * (LM_PI / LM_REAL(mesh->geometry.rigid_teeth) -
+                   lm_conjugate_half_angle(&mesh->conjugate, radius, &tangent));
+}
+
 lm_real lm_outline_half(const lm_tooth_outline *outline, lm_real height_mm) {
   const lm_tooth_outline *o = outline;
   if (height_mm >= o->form_height_mm) {
-    return lm_outline_flank(o, height_mm).half_mm;
+    return flank_half(o, height_mm);
   }
   if (o->rigid) {
     const lm_real radius = o->root_mm - height_mm;

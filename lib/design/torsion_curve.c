@@ -381,6 +381,21 @@ lm_status lm_prepare_meshes(const lm_drive *drive, int nodes, lm_design_workspac
   return status;
 }
 
+/* The rim under the teeth of the contacts. */
+static lm_status support_contacts(const lm_drive *drive, int pairs, lm_design_workspace *w,
+                                  lm_fault *fault) {
+  int first = w->contacts[0].tooth;
+  int last = first;
+  int i;
+  for (i = 1; i < pairs; i++) {
+    const int tooth = w->contacts[i].tooth;
+    first = tooth < first ? tooth : first;
+    last = tooth > last ? tooth : last;
+  }
+  return lm_make_rim_support(drive, &w->meshes[drive->axial_sections / 2], w->clearances[0], first,
+                             last, &w->foundation, fault);
+}
+
 /* Contacts and foundation of the drive at a tooth phase. */
 static lm_status build_contacts(const lm_drive *drive, lm_real phase_rad, lm_mesh_state *state,
                                 lm_design_workspace *w, lm_fault *fault) {
@@ -416,8 +431,7 @@ static lm_status build_contacts(const lm_drive *drive, lm_real phase_rad, lm_mes
             ? lm_beam_yield(drive->support.foundation_N_per_mm2,
                             drive->support.ring_stiffness_N_mm2, g->neutral_mm * pitch,
                             drive->support.ring_factor, count, w->foundation.yield_mm_per_N, fault)
-            : lm_make_rim_support(drive, &w->meshes[drive->axial_sections / 2], w->clearances[0],
-                                  count, &w->foundation, fault);
+            : support_contacts(drive, b.count, w, fault);
   }
   w->foundation.sections = drive->axial_sections;
   w->foundation.lobes = b.lobes;

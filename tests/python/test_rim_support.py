@@ -75,7 +75,12 @@ def test_compliances_of_the_teeth_are_those_of_a_ring_on_springs(generator: str)
     foundation = model._workspace.foundation
     assert foundation.supports == held.size
     count = model.drive.teeth.flexspline_teeth // 2 + 1
-    angles = np.array([model._workspace.clearances[0][i].angle_rad for i in range(count)])
+    clearances = model._workspace.clearances[0]
+    angles = np.array([clearances[i].angle_rad for i in range(count)])
+    lib, ffi = model.core.lib, model.core.ffi
+    mesh = ffi.addressof(model._workspace.meshes[model.sections // 2])
+    all_teeth = (model.drive, mesh, clearances, 0, count - 1)
+    assert lib.lm_make_rim_support(*all_teeth, ffi.addressof(foundation), ffi.NULL) == lib.LM_OK
     teeth = np.flatnonzero(np.abs(angles) < math.radians(60))[::3]
     radius = model._workspace.meshes[model.sections // 2].geometry.neutral_mm
     expected = ring_on_springs.gives(
@@ -85,10 +90,9 @@ def test_compliances_of_the_teeth_are_those_of_a_ring_on_springs(generator: str)
         compliance,
         angles[teeth],
     )
-    lib = model.core.lib
     found = np.array(
         [
-            [lib.lm_rim_yield(model.core.ffi.addressof(foundation), int(a), int(b)) for b in teeth]
+            [lib.lm_rim_yield(ffi.addressof(foundation), int(a), int(b)) for b in teeth]
             for a in teeth
         ]
     )

@@ -36,6 +36,10 @@ typedef struct lm_clearance {
   lm_real foot_mm; /* distance of the tooth's foot on the neutral line from the centre */
 } lm_clearance;
 
+/* Largest number of points at which a flank is compared with the rigid one: a flank of 3 modules at
+ * distances of 0.15. */
+#define LM_FLANK_SAMPLES_MAX 24
+
 /* One axial section of the mesh. */
 typedef struct lm_mesh {
   lm_geometry geometry;
@@ -43,8 +47,11 @@ typedef struct lm_mesh {
   lm_flank flank;           /* of the flexspline */
   lm_flank_kind rigid_kind; /* of the rigid gear: an involute is geometry.rigid, others conjugate */
   lm_conjugate conjugate;
-  lm_flank_foot low;    /* ends of the flexspline's flank: towards the axis */
-  lm_flank_foot high;   /* and away from it */
+  lm_flank_foot low;                          /* ends of the flexspline's flank: towards the axis */
+  lm_flank_foot high;                         /* and away from it */
+  lm_flank_foot sample[LM_FLANK_SAMPLES_MAX]; /* with rising radii, of flanks that are no involutes
+                                               */
+  int samples;
   lm_real polar_low_mm; /* radii between which the rigid gear has a flank */
   lm_real polar_high_mm;
 } lm_mesh;

@@ -133,6 +133,9 @@ typedef struct lm_take_up_workspace {
   int place[LM_CONTACTS_MAX];        /* position in active[], or -1 */
   lm_real slack_mm[LM_CONTACTS_MAX]; /* remaining distance of the unloaded pairs */
   lm_real approach[LM_CONTACTS_MAX]; /* rate at which that distance closes along the path */
+  int rest_active[LM_ACTIVE_MAX];    /* the state at rest */
+  int rest_active_count;
+  lm_real rest_factor[LM_ACTIVE_MAX * (LM_ACTIVE_MAX + 1) / 2];
   lm_real rest_force[LM_CONTACTS_MAX];
   lm_real rest_slack_mm[LM_CONTACTS_MAX];
   lm_real give[2][LM_LOBE_TEETH_MAX]; /* radial deflection of the rim, by lobe and tooth */
