@@ -10,12 +10,13 @@ float lm_axis_reported(const lm_axis *a, float motor_over_ratio_rad) {
   return motor_over_ratio_rad - a->correction.correction_rad + a->zero_rad;
 }
 
-static int is_finite(float value) {
-  return value - value == 0;
-}
-
 static float size(float value) {
   return value < 0 ? -value : value;
+}
+
+/* Finite, and not LM_UNKNOWN. */
+static int is_known(float value) {
+  return size(value) < LM_UNKNOWN;
 }
 
 /* Not: NaN, or too coarse. */
@@ -65,13 +66,15 @@ lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_axis_
     /* A history that was never saved, or belongs to other parameters, is refused: the memory
      * remains unknown. */
     if (lm_restore_compensator(&a->compensator, &kept->history, 0) == LM_OK &&
-        is_finite(kept->beyond_Nm)) {
+        is_known(kept->beyond_Nm)) {
       a->beyond_Nm = kept->beyond_Nm;
     }
     kept->history.format = 0;
   }
   first.torque_Nm += a->beyond_Nm;
-  a->torque_Nm = is_finite(first.torque_Nm) ? first.torque_Nm : 0;
+  a->torque_Nm = is_known(first.torque_Nm) ? first.torque_Nm : 0;
+  a->feed_Nm = a->torque_Nm;
+  a->temperature_C = at->temperature_C;
   a->correction = lm_settle_compensator(&a->compensator, &first);
   take_parameters(a, parameters);
   a->state = LM_AXIS_OPEN;
@@ -86,15 +89,17 @@ lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_axis_
 
 /* The torque of the command. A jump with the zero, or with a payload that a measurement has already,
  * is no change of the load: the difference to the measurement compensates it, and without one it is
- * left out until the motor does not move with it. */
+ * left out until the motor does not move with it. A planner that shifts after the zero may bring the
+ * jump some ticks later. */
 static float follow_zero(lm_axis *a, float commanded_Nm) {
-  if (a->command_jumps && a->source == LM_AXIS_COMMAND) {
-    a->jump_Nm = a->torque_Nm - a->beyond_Nm - commanded_Nm;
-  } else if (a->command_jumps) {
-    a->beyond_Nm = a->torque_Nm - commanded_Nm;
+  if (a->command_jumps > 0 && a->source == LM_AXIS_COMMAND && a->beyond_Nm == 0) {
+    a->jump_Nm = a->torque_Nm - commanded_Nm;
+  } else if (a->command_jumps > 0) {
+    a->beyond_Nm = a->torque_Nm - commanded_Nm - a->jump_Nm;
   }
-  a->command_jumps = 0;
+  a->command_jumps = size(a->late_rad) >= LM_AXIS_STILL_RAD ? a->command_jumps - 1 : 0;
   if (a->state != LM_AXIS_CLOSED && a->jump_Nm != 0) {
+    a->feed_off_Nm += a->jump_Nm;
     a->jump_Nm = 0;
     forget_standstill(a);
   }
@@ -116,12 +121,16 @@ static void change_source(lm_axis *a, lm_axis_source source, float commanded_Nm)
 }
 
 static float use(lm_axis *a, float torque_Nm) {
-  a->torque_Nm = torque_Nm;
+  if (is_known(torque_Nm)) {
+    a->feed_off_Nm = a->state == LM_AXIS_OPEN ? 0 : a->feed_off_Nm - a->share * a->feed_off_Nm;
+    a->torque_Nm = torque_Nm;
+    a->feed_Nm = torque_Nm + a->feed_off_Nm;
+  }
   return torque_Nm;
 }
 
 float lm_axis_use_command(lm_axis *a, float commanded_Nm) {
-  if (!is_finite(commanded_Nm)) {
+  if (!is_known(commanded_Nm)) {
     return commanded_Nm;
   }
   commanded_Nm = follow_zero(a, commanded_Nm);
@@ -130,8 +139,8 @@ float lm_axis_use_command(lm_axis *a, float commanded_Nm) {
 }
 
 float lm_axis_use_sensor(lm_axis *a, float commanded_Nm, float sensed_Nm) {
-  const int finite = is_finite(sensed_Nm);
-  if (!is_finite(commanded_Nm)) {
+  const int finite = is_known(sensed_Nm);
+  if (!is_known(commanded_Nm)) {
     return commanded_Nm;
   }
   commanded_Nm = follow_zero(a, commanded_Nm);
@@ -155,7 +164,7 @@ float lm_axis_use_current(lm_axis *a, const lm_motor *motor, float commanded_Nm,
       motor->ratio * (acceleration_rad_s2 + a->correction.acceleration_rad_s2);
   const float sensed_Nm = lm_estimate_torque(motor, current_A, motor_rad_s, motor_rad_s2);
   const int bears = released && a->state >= LM_AXIS_PAUSED;
-  if (!is_finite(commanded_Nm)) {
+  if (!is_known(commanded_Nm)) {
     return commanded_Nm;
   }
   commanded_Nm = follow_zero(a, commanded_Nm);
@@ -170,7 +179,7 @@ float lm_axis_use_current(lm_axis *a, const lm_motor *motor, float commanded_Nm,
   if (a->source_waits) {
     return use(a, commanded_Nm + a->beyond_Nm);
   }
-  if (is_finite(sensed_Nm)) {
+  if (is_known(sensed_Nm)) {
     a->beyond_Nm += a->share * (sensed_Nm - commanded_Nm - a->beyond_Nm);
   } else {
     a->input_missing = 1;
@@ -199,7 +208,7 @@ static lm_axis_wait judge_standstill(lm_axis *a, float motor_over_ratio_rad) {
   const int moves = a->state == LM_AXIS_OPEN
                         ? !is_angle(motor_over_ratio_rad) ||
                               !(size(motor_over_ratio_rad - a->stood_at_rad) < LM_AXIS_STILL_RAD)
-                        : !is_finite(motor_over_ratio_rad);
+                        : !(size(motor_over_ratio_rad - a->setpoint_rad) < LM_AXIS_APART_RAD);
   a->stood_s = lm_find_standstill(&a->compensator, &a->standstill);
   a->input_missing = 0;
   if (moves || missing) {
@@ -212,28 +221,60 @@ static lm_axis_wait judge_standstill(lm_axis *a, float motor_over_ratio_rad) {
                                    : LM_AXIS_READY;
 }
 
+/* A difference between planner and command that is too small to be a shift of the zero: it ends
+ * within stand_s, without a step. */
+static float end_slowly(const lm_axis *a, float difference_rad) {
+  const float step_rad = LM_AXIS_STILL_RAD * a->period_s / a->stand_s;
+  return size(difference_rad) >= LM_AXIS_STILL_RAD ? difference_rad
+         : size(difference_rad) <= step_rad        ? 0
+         : difference_rad < 0                      ? difference_rad + step_rad
+                                                   : difference_rad - step_rad;
+}
+
 /* The planner may shift some ticks after the zero: of the wish and the shifted wish, the one nearer
- * to the continued command is meant. Returns 0 and follows neither if it is neither: an interpolator
- * that makes a ramp of the shift would move the axis by it. */
+ * to the continued command is meant. The wrong one of two that are nearly equal is a step of at most
+ * twice the change of the planner's own rate. Returns 0 and follows neither if it is neither: a step
+ * of the wish, or an interpolator that makes a ramp of the shift. A wish that is missing: the
+ * command continues for LM_AXIS_LOST_TICKS. */
 static int follow(lm_axis *a, float wish_rad) {
+  const int shifts = size(a->late_rad) >= LM_AXIS_STILL_RAD;
+  const float most_rad = shifts ? LM_AXIS_STILL_RAD : LM_AXIS_STEP_RAD_S * a->period_s;
   const float before_rad = a->command_rad;
-  if (is_finite(wish_rad)) {
-    const float off_rad = wish_rad - before_rad - a->moved_rad;
-    const float shifted_rad = off_rad + a->late_rad;
-    if (a->late_rad != 0 && size(off_rad) >= LM_AXIS_STILL_RAD &&
-        size(shifted_rad) >= LM_AXIS_STILL_RAD) {
-      return 0;
-    }
-    if (size(shifted_rad) < size(off_rad)) {
-      wish_rad += a->late_rad;
-    } else {
-      a->late_rad = 0;
-    }
-    a->command_rad = wish_rad;
+  const float begun_rad = wish_rad + a->begin_rad;
+  const float off_rad = begun_rad - before_rad - a->moved_rad;
+  const float shifted_rad = off_rad + a->late_rad;
+  a->rested_s = size(wish_rad - a->wish_rad) <= 0 ? a->rested_s + a->period_s : 0;
+  a->wishless_ticks = is_known(wish_rad) ? 0 : a->wishless_ticks + 1;
+  if (a->wishless_ticks > LM_AXIS_LOST_TICKS ||
+      (size(off_rad) >= most_rad && size(shifted_rad) >= most_rad)) {
+    return 0;
   }
+  if (a->wishless_ticks > 0) {
+    a->command_rad += a->moved_rad;
+    return 1;
+  }
+  if (size(shifted_rad) >= size(off_rad)) {
+    a->late_rad = 0;
+  }
+  a->command_rad = begun_rad + a->late_rad;
+  a->wish_rad = wish_rad;
+  a->begin_rad = end_slowly(a, a->begin_rad);
+  a->late_rad = end_slowly(a, a->late_rad);
   a->moved_rad = a->command_rad - before_rad;
-  a->rested_s = size(a->moved_rad) <= 0 ? a->rested_s + a->period_s : 0;
   return 1;
+}
+
+/* The last temperature that was measured. A drive that is closed follows it no faster than it can
+ * warm: a thermometer that returns moves nothing. */
+static float keep_temperature(lm_axis *a, float temperature_C) {
+  const float most_K = LM_AXIS_WARMING_K_S * a->period_s;
+  const float off_K = temperature_C - a->temperature_C;
+  if (a->state == LM_AXIS_CLOSED && size(off_K) > most_K) {
+    a->temperature_C += off_K < 0 ? -most_K : most_K;
+  } else if (is_known(temperature_C)) {
+    a->temperature_C = temperature_C;
+  }
+  return a->temperature_C;
 }
 
 float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_rad, float wish_rad,
@@ -247,9 +288,13 @@ float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_r
     now.elapsed_s = 0; /* a start takes longer than a period */
     a->begun = 1;
   }
+  now.temperature_C = keep_temperature(a, at->temperature_C);
   a->correction = lm_step_compensator(&a->compensator, &now);
+  a->closing_s = a->asked_to_close ? a->closing_s + a->period_s : 0;
+  a->asked_to_close = 0;
+  a->lost_ticks = is_known(motor_over_ratio_rad) ? 0 : a->lost_ticks + 1;
   if (a->state == LM_AXIS_CLOSED &&
-      !(follows && is_finite(motor_over_ratio_rad) && follow(a, wish_rad))) {
+      !(follows && a->lost_ticks <= LM_AXIS_LOST_TICKS && follow(a, wish_rad))) {
     a->state = LM_AXIS_PAUSED;
     forget_standstill(a);
   }
@@ -263,28 +308,47 @@ float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_r
   a->moved_rad = 0;
   a->correction.velocity_rad_s = 0; /* the motor does not follow */
   a->correction.acceleration_rad_s2 = 0;
-  if (a->state == LM_AXIS_OPEN && is_finite(motor_over_ratio_rad)) {
+  if (a->state == LM_AXIS_OPEN && !follows && is_known(motor_over_ratio_rad)) {
     a->setpoint_rad = motor_over_ratio_rad; /* no position error */
   }
   a->command_rad = lm_axis_reported(a, a->setpoint_rad);
+  a->rested_s = size(wish_rad - a->command_rad) < LM_AXIS_STILL_RAD ? a->rested_s + a->period_s : 0;
   if (a->state == LM_AXIS_PAUSED && a->waits == LM_AXIS_READY) {
-    a->waits = a->source_waits                                       ? LM_AXIS_WAITS_SOURCE
-               : !follows                                            ? LM_AXIS_WAITS_DRIVE
-               : size(wish_rad - a->command_rad) < LM_AXIS_STILL_RAD ? LM_AXIS_READY
-                                                                     : LM_AXIS_WAITS_PLANNER;
-    a->state = a->waits == LM_AXIS_READY ? LM_AXIS_CLOSED : LM_AXIS_PAUSED;
-    a->late_rad = 0;
-    a->rested_s = 0;
+    a->waits = a->source_waits                 ? LM_AXIS_WAITS_SOURCE
+               : !follows                      ? LM_AXIS_WAITS_DRIVE
+               : a->rested_s >= LM_AXIS_REST_S ? LM_AXIS_READY
+                                               : LM_AXIS_WAITS_PLANNER;
+    if (a->waits == LM_AXIS_READY) {
+      a->state = LM_AXIS_CLOSED;
+      a->wish_rad = wish_rad;
+      a->begin_rad = a->command_rad - wish_rad;
+      a->late_rad = 0;
+    }
   }
   return a->setpoint_rad;
 }
 
-lm_axis_wait lm_axis_close(lm_axis *a) {
+float lm_axis_rate(const lm_axis *a, float planned_rad_s) {
+  if (a->state != LM_AXIS_CLOSED) {
+    return 0;
+  }
+  return a->correction.velocity_rad_s +
+         (is_known(planned_rad_s) ? planned_rad_s : a->moved_rad / a->period_s);
+}
+
+lm_axis_wait lm_axis_close(lm_axis *a, int holds) {
   if (a->state != LM_AXIS_OPEN) {
     return a->state == LM_AXIS_OFF ? LM_AXIS_WAITS_START : LM_AXIS_READY;
   }
   if (a->waits == LM_AXIS_READY && a->stood_s < a->stand_s) {
     a->waits = LM_AXIS_WAITS_STAND; /* a change since the tick */
+  }
+  a->asked_to_close = 1;
+  if (a->closing_s > LM_AXIS_CLOSING_S) {
+    return LM_AXIS_WAITS_COMMAND;
+  }
+  if (a->waits == LM_AXIS_READY && !holds) {
+    return LM_AXIS_WAITS_DRIVE;
   }
   if (a->waits == LM_AXIS_READY) {
     a->state = LM_AXIS_PAUSED;
@@ -348,33 +412,43 @@ float lm_axis_reference(lm_axis *a, float motor_over_ratio_rad, float angle_rad)
   a->command_rad += shift_rad;
   a->zero_rad += shift_rad;
   a->late_rad += shift_rad;
-  if (a->state != LM_AXIS_CLOSED || size(a->late_rad) < LM_AXIS_STILL_RAD) {
+  if (a->state != LM_AXIS_CLOSED) {
     a->late_rad = 0;
   }
-  a->command_jumps = 1;
+  a->command_jumps = 1 + (int)(LM_AXIS_REST_S / a->period_s);
   forget_standstill(a); /* a torque that is computed from the angle changes */
   return size(follows_rad) + lm_bound_uncertainty(&a->compensator);
+}
+
+float lm_axis_index(lm_axis *a, float latched_rad, float index_rad, float stored_zero_rad) {
+  return lm_axis_reference(a, latched_rad,
+                           lm_axis_reported(a, index_rad) - a->zero_rad + stored_zero_rad);
 }
 
 void lm_axis_payload(lm_axis *a) {
   if (a->state == LM_AXIS_OPEN) {
     a->beyond_Nm = 0;
   } else {
-    a->command_jumps = 1;
+    a->command_jumps += a->command_jumps == 0;
   }
   forget_standstill(a);
 }
 
 void lm_axis_turn(lm_axis *a, float by_rad) {
-  a->setpoint_rad += by_rad;
-  a->stood_at_rad += by_rad;
-  a->command_rad += by_rad;
+  if (is_known(by_rad)) {
+    a->setpoint_rad += by_rad;
+    a->stood_at_rad += by_rad;
+    a->command_rad += by_rad;
+    a->wish_rad += by_rad;
+  }
 }
 
 void lm_axis_origin(lm_axis *a, float by_rad) {
-  a->setpoint_rad += by_rad;
-  a->stood_at_rad += by_rad;
-  a->zero_rad -= by_rad;
+  if (is_known(by_rad)) {
+    a->setpoint_rad += by_rad;
+    a->stood_at_rad += by_rad;
+    a->zero_rad -= by_rad;
+  }
 }
 
 lm_axis_wait lm_axis_power_down(lm_axis *a, lm_axis_kept *kept) {

@@ -18,7 +18,8 @@
 #define LM_AXIS_STAND 28.0f
 
 /* Motion of the braked motor in that time, at the output: more than an encoder's noise. The planner
- * has begun at command_rad if it differs by less. */
+ * has begun at command_rad if it differs by less; the difference ends within that time, without a
+ * step. */
 #define LM_AXIS_STILL_RAD 1e-4f
 
 /* 5 turns of the output: one step of binary32 is 2e-6 rad (0.4 arcsec) there. */
@@ -27,8 +28,25 @@
 /* After the release of the brake the motor current is not used for this time. */
 #define LM_AXIS_RELEASE_S 1.0f
 
-/* The planner is at rest if its wish has not changed for this time: longer than its period. */
+/* The planner is at rest if its wish has not changed for this time: longer than its period. It has
+ * begun if it was at command_rad for this time. */
 #define LM_AXIS_REST_S 0.02f
+
+/* So many ticks in succession may be without an angle of the motor or a wish, as usual drives
+ * tolerate without a setpoint: the command continues. */
+#define LM_AXIS_LOST_TICKS 3
+
+/* Change of the wish's rate in a tick, at the output: more is no motion of a planner but a step. */
+#define LM_AXIS_STEP_RAD_S 2.0f
+
+/* A motor that is further from the setpoint is not held there: more than a position loop yields. */
+#define LM_AXIS_APART_RAD 0.01f
+
+/* A command to close that has waited for longer has expired. */
+#define LM_AXIS_CLOSING_S 5.0f
+
+/* A joint of 10 kg that loses 500 W warms so fast. */
+#define LM_AXIS_WARMING_K_S 0.1f
 
 typedef enum lm_axis_state {
   LM_AXIS_OFF = 0, /* not started */
@@ -47,8 +65,11 @@ typedef enum lm_axis_wait {
   LM_AXIS_WAITS_STAND,     /* the correction has not stood for LM_AXIS_STAND */
   LM_AXIS_WAITS_SOURCE,    /* the brake has not been released for LM_AXIS_RELEASE_S, or the
                               measured torque is not in use */
-  LM_AXIS_WAITS_DRIVE,     /* the drive does not follow, and for nothing else */
-  LM_AXIS_WAITS_PLANNER    /* to close: the planner is not at command_rad; to pause: it moves */
+  LM_AXIS_WAITS_DRIVE,     /* to close: the drive is not enabled; then: it does not follow, and for
+                              nothing else */
+  LM_AXIS_WAITS_PLANNER,   /* to close: the planner is not at command_rad; to pause: it moves */
+  LM_AXIS_WAITS_COMMAND    /* lm_axis_close was called for LM_AXIS_CLOSING_S: not in the next tick,
+                              then by a new command of the operator */
 } lm_axis_wait;
 
 typedef enum lm_axis_source { LM_AXIS_COMMAND = 0, LM_AXIS_SENSOR, LM_AXIS_CURRENT } lm_axis_source;
@@ -62,8 +83,11 @@ typedef struct lm_axis {
   float setpoint_rad;       /* last one, motor angle / signed ratio */
   float command_rad;        /* commanded output angle; the reported one unless LM_AXIS_CLOSED */
   float moved_rad;          /* change of the command in this tick, for lm_guess_torque */
-  float zero_rad; /* reported angle at motor_over_ratio_rad 0 and correction 0: store it */
-  float late_rad; /* shift of the zero that the planner has not made yet */
+  float feed_Nm;            /* external torque for the motor's feed-forward: - feed_Nm / ratio */
+  float zero_rad;  /* reported angle at motor_over_ratio_rad 0 and correction 0: store it */
+  float wish_rad;  /* last one */
+  float begin_rad; /* by which the command differed from the planner when it began */
+  float late_rad;  /* shift of the zero that the planner has not made yet */
   lm_mode mode;
   lm_standstill standstill;
   float period_s;
@@ -72,14 +96,20 @@ typedef struct lm_axis {
   float stood_at_rad; /* of the motor, with the loop open */
   int rang;           /* LM_STATE_RINGING was set while the loop was closed */
   int begun;          /* first tick */
-  float rested_s;
+  int lost_ticks;     /* without an angle of the motor */
+  int wishless_ticks; /* without a wish */
+  int asked_to_close; /* since the last tick */
+  float closing_s;    /* for which lm_axis_close has been called */
+  float temperature_C;
+  float rested_s; /* of the planner; unless LM_AXIS_CLOSED: at command_rad */
   int input_missing;
   lm_axis_source source; /* of the torque */
   int source_waits;      /* another one was requested in this tick */
-  int command_jumps;     /* of the next torque of the command, without a change of the load */
+  int command_jumps;     /* ticks in which the torque of the command jumps, and the load does not */
   float torque_Nm;       /* in use */
   float beyond_Nm;       /* what the measurement adds to the torque of the command */
   float jump_Nm;         /* of the torque of the command, left out until the axis is paused */
+  float feed_off_Nm;     /* of feed_Nm from torque_Nm, after a jump of it */
   float believed_Nm;
   float bound_Nm;
   float share; /* of the filter in a tick */
@@ -110,6 +140,8 @@ lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_axis_
  * (compensator.h: signs); 0 if unknown. They filter at a tenth of the resonance for which the
  * parameters were exported. The torque does not jump when its source or the zero changes: the
  * command keeps the last difference to a measurement, until power-up with beyond_Nm 0.
+ * feed_Nm is the torque in use; where that jumps, in LM_AXIS_PAUSED, it follows with the filter: the
+ * position loop bears the load already.
  *
  * sensed_Nm: minus the torque of the gear on the link, which a sensor between them measures. Not
  * filtered; between two samples the last one. If it is not finite for the time of LM_AXIS_STAND,
@@ -127,30 +159,36 @@ float lm_axis_use_sensor(lm_axis *a, float commanded_Nm, float sensed_Nm);
 float lm_axis_use_current(lm_axis *a, const lm_motor *motor, float commanded_Nm, float current_A,
                           float motor_rad_s, float acceleration_rad_s2, int released);
 
+/* Velocity feed-forward, of the output: the planner's velocity plus the rate of the correction in
+ * LM_AXIS_CLOSED, otherwise 0. A velocity that is not finite is replaced by that of the command. */
+float lm_axis_rate(const lm_axis *a, float planned_rad_s);
+
 /* Once in every period, in all states; after an overrun not twice; elapsed_s of the first one is
  * ignored. wish_rad: the output angle that the planner requests, a new one in every tick:
  * interpolate a slower planner. While the state is not LM_AXIS_CLOSED the planner is at rest at
- * command_rad, exactly: it begins with a step by what it differs. A wish that is not finite is
- * replaced by the one before. Returns the setpoint of the position loop, motor angle / signed
+ * command_rad, within LM_AXIS_STILL_RAD. In LM_AXIS_CLOSED the
+ * axis is paused by a wish that steps (LM_AXIS_STEP_RAD_S), or is missing (not finite) for more than
+ * LM_AXIS_LOST_TICKS. Returns the setpoint of the position loop, motor angle / signed
  * ratio.
  *
  * follows: 1 while the drive reports that it follows the setpoint, and the brake has opened. With
- * 0, or motor_over_ratio_rad not finite (lost bus), LM_AXIS_CLOSED becomes LM_AXIS_PAUSED: the
- * setpoint stays at once, also in motion. LM_AXIS_PAUSED lasts until it is 1 and the angle is
- * there. */
+ * 0, or motor_over_ratio_rad not finite for more than LM_AXIS_LOST_TICKS (lost bus), LM_AXIS_CLOSED
+ * becomes LM_AXIS_PAUSED: the setpoint stays at once, also in motion. LM_AXIS_PAUSED lasts until it
+ * is 1 and the angle is there. */
 float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_rad, float wish_rad,
                    int follows);
 
-/* From LM_AXIS_OPEN to LM_AXIS_PAUSED. Call it in the cycle that enables the drive if this
- * releases the brake, otherwise before the brake is released. Not LM_AXIS_READY: the loop must not
- * close yet, try again in the next tick. lm_axis_tick continues to LM_AXIS_CLOSED by itself once
+/* From LM_AXIS_OPEN to LM_AXIS_PAUSED. holds: the drive reports that it is enabled and holds the
+ * motor at the setpoint, the brake still on; or it is enabled in this cycle, and this releases its
+ * brake. Not LM_AXIS_READY: the loop must not close yet, try again in the next tick. lm_axis_tick continues to LM_AXIS_CLOSED by itself once
  * the drive follows; nothing moves. Until the position loop bears the load, it yields by its own
  * error: feed the load forward. If the drive is not enabled in the end: lm_axis_open. */
-lm_axis_wait lm_axis_close(lm_axis *a);
+lm_axis_wait lm_axis_close(lm_axis *a, int holds);
 
 /* When the brake bears the load, and at once when the drive leaves its position loop by itself
  * (fault, safe torque off) or for another mode. Not when the brake begins to close: until it bears
- * the load the position loop has to stop and to hold it. */
+ * the load the position loop has to stop and to hold it; and not while a drive is being enabled.
+ * While it still follows in LM_AXIS_OPEN, the setpoint stays. */
 void lm_axis_open(lm_axis *a);
 
 /* From LM_AXIS_CLOSED to LM_AXIS_PAUSED, for whatever moves the correction although the load does
@@ -168,8 +206,7 @@ lm_axis_wait lm_axis_set_mode(lm_axis *a, lm_mode mode);
 lm_status lm_axis_change(lm_axis *a, const lm_parameters *parameters, lm_fault *fault);
 
 /* States that the output is now at angle_rad, at rest or in motion. The planner shifts with
- * command_rad; nothing moves, even if it does so some ticks later (a shift below
- * LM_AXIS_STILL_RAD: at once): add the change of zero_rad to its position, its target and every
+ * command_rad; nothing moves, even if it does so some ticks later: add the change of zero_rad to its position, its target and every
  * sample that an interpolator holds; its velocity stays. A wish on the way from the old to the
  * shifted one pauses the axis, also in motion. motor_over_ratio_rad: latched at the switch. Returns by how much the zero may be
  * wrong, rad, if the torque is right: an error of the torque adds its own wind-up. If that is too
@@ -177,6 +214,10 @@ lm_status lm_axis_change(lm_axis *a, const lm_parameters *parameters, lm_fault *
  * lm_axis_pause, with which the torque of the command takes its new value. Off, or an angle that
  * is not valid: returns -1 and changes nothing. */
 float lm_axis_reference(lm_axis *a, float motor_over_ratio_rad, float angle_rad);
+
+/* The index of an incremental encoder: latched_rad: motor / ratio there; index_rad: the same when
+ * stored_zero_rad was stored, a constant of the axis. As lm_axis_reference. */
+float lm_axis_index(lm_axis *a, float latched_rad, float index_rad, float stored_zero_rad);
 
 /* Another payload: call it between the last torque of the command without it and the first one with
  * it. The torque in use does not jump: a measured source has the payload from the measurement, and

@@ -10,6 +10,7 @@
 #define FAST_RAD 0.0005f /* a tick */
 #define STILL_RAD 2e-6f  /* 0.4 arcsec */
 #define ARRIVED_RAD 2e-5f
+#define NEAR_RAD 9e-5f /* below LM_AXIS_STILL_RAD */
 #define TURN_RAD 6.28318531f
 
 #define PERIOD_S 5e-4f     /* of the parameters */
@@ -58,7 +59,8 @@ static void run(joint *j, int ticks, float torque_Nm, float rate_rad) {
   int k;
   for (k = 1; k <= ticks; ++k) {
     j->wish_rad = from_rad + rate_rad * (float)k;
-    j->motor_rad = lm_axis_tick(&j->drive, &at, j->motor_rad, j->wish_rad, !j->apart);
+    j->motor_rad = lm_axis_tick(&j->drive, &at, j->motor_rad, j->wish_rad,
+                                !j->apart && j->drive.state >= LM_AXIS_PAUSED);
     j->twist_rad = lm_step_model(&joint_parameters, &j->gear, &at);
     if (j->drive.state != LM_AXIS_CLOSED) {
       j->wish_rad = j->drive.command_rad;
@@ -84,7 +86,10 @@ static float join(joint *j) {
 /* Closes the loop once the load stands. */
 static float close_loop(joint *j) {
   int ticks = 0;
-  while (lm_axis_close(&j->drive)) {
+  if (lm_axis_close(&j->drive, 0) == LM_AXIS_READY) { /* the drive does not hold the motor */
+    return 1;
+  }
+  while (lm_axis_close(&j->drive, 1)) {
     run(j, 1, LOAD_NM, 0);
     if (++ticks > 2 * STAND_TICKS) {
       return 1;
@@ -186,7 +191,8 @@ static int lose_sensor(joint *j) {
     return 1;
   }
   for (k = 0; k < STAND_TICKS; ++k) {
-    run(j, 1, lm_axis_use_sensor(&j->drive, LOAD_NM, k % 2 ? LOAD_NM : none), 0);
+    const float sensed_Nm = k % 3 == 1 ? none : k % 3 == 2 ? LM_UNKNOWN : LOAD_NM;
+    run(j, 1, lm_axis_use_sensor(&j->drive, LOAD_NM, sensed_Nm), 0);
   }
   if (j->drive.state != LM_AXIS_PAUSED || j->drive.waits == LM_AXIS_READY) {
     return 1;
@@ -199,20 +205,56 @@ static int lose_sensor(joint *j) {
 
 /* Gravity jumps with the zero: the torque does not, until the axis is paused. */
 static int shift_gravity(joint *j) {
-  const float before_Nm = lm_axis_use_command(&j->drive, LOAD_NM);
-  float after_Nm;
+  float before_Nm;
+  float after_Nm = 0;
+  int k;
+  j->drive.beyond_Nm = 0; /* nothing was measured */
+  before_Nm = lm_axis_use_command(&j->drive, LOAD_NM);
   run(j, 1, before_Nm, 0);
-  (void)lm_axis_reference(&j->drive, j->motor_rad, lm_axis_reported(&j->drive, j->motor_rad));
+  (void)lm_axis_reference(&j->drive, j->motor_rad, j->drive.command_rad + 0.3f);
+  for (k = 0; k < 4; ++k) { /* the planner, and gravity that is computed from it, follow later */
+    after_Nm = lm_axis_use_command(&j->drive, k < 3 ? LOAD_NM : LOAD_NM - 4.0f);
+    if (size(after_Nm - before_Nm) > 1e-5f) {
+      return 1;
+    }
+    j->wish_rad += k == 3 ? 0.3f : 0;
+    run(j, 1, after_Nm, 0);
+  }
+  run(j, 50, after_Nm, 0);
   after_Nm = lm_axis_use_command(&j->drive, LOAD_NM - 4.0f);
   if (size(after_Nm - before_Nm) > 1e-5f || lm_axis_pause(&j->drive)) {
     return 1;
   }
   after_Nm = lm_axis_use_command(&j->drive, LOAD_NM - 4.0f);
-  if (size(after_Nm - before_Nm + 4.0f) > 1e-5f) {
+  if (size(after_Nm - before_Nm + 4.0f) > 1e-5f || size(j->drive.feed_Nm - before_Nm) > 0.1f) {
+    return 1;
+  }
+  for (k = 0; k < STAND_TICKS; ++k) {
+    (void)lm_axis_use_command(&j->drive, LOAD_NM - 4.0f);
+  }
+  if (size(j->drive.feed_Nm - after_Nm) > 0.1f) {
     return 1;
   }
   (void)lm_axis_use_command(&j->drive, LOAD_NM);
   return join(j) > STILL_RAD;
+}
+
+/* The planner at rest within NEAR_RAD of the command, by beside_rad when the axis is closed. */
+static int follow_softly(joint *j, float beside_rad) {
+  const lm_conditions at = conditions(LOAD_NM);
+  int k;
+  for (k = 0; k < 3 * STAND_TICKS; ++k) {
+    const float before_rad = j->motor_rad;
+    if (j->drive.state != LM_AXIS_CLOSED) {
+      j->wish_rad = j->drive.command_rad + beside_rad;
+    }
+    j->motor_rad = lm_axis_tick(&j->drive, &at, j->motor_rad, j->wish_rad, 1);
+    if (size(j->motor_rad - before_rad) > STILL_RAD) {
+      return 1;
+    }
+  }
+  return j->drive.state != LM_AXIS_CLOSED || size(j->drive.command_rad - j->wish_rad) > 0 ||
+         size(lm_axis_reported(&j->drive, j->motor_rad) - j->wish_rad) > STILL_RAD;
 }
 
 /* The planner does not begin at the command, moves when a change is requested, or shifts three
@@ -256,10 +298,19 @@ static int confuse_planner(joint *j) {
   if (size(j->drive.late_rad) > 0) {
     return 1;
   }
-  /* A small shift is a step at once; a turn of the origin is none. */
-  (void)lm_axis_reference(&j->drive, j->motor_rad, j->drive.command_rad + SLIP_RAD);
-  if (size(j->drive.late_rad) > 0) {
-    return 1;
+  /* A small shift that the planner makes or does not make, a planner that begins beside the command:
+   * no step, and in the end the axis is where the planner is. A turn of the origin is none. */
+  for (k = 0; k < 4; ++k) {
+    const float beside_rad = k % 2 ? NEAR_RAD : -NEAR_RAD;
+    if (k < 2) {
+      (void)lm_axis_reference(&j->drive, j->motor_rad, j->drive.command_rad + beside_rad);
+      j->wish_rad += k == 0 ? beside_rad : 0;
+    } else if (lm_axis_pause(&j->drive)) {
+      return 1;
+    }
+    if (follow_softly(j, k < 2 ? 0 : beside_rad)) {
+      return 1;
+    }
   }
   for (k = 0; k < 4; ++k) {
     const float turn_rad = k % 2 == 0 ? TURN_RAD : -TURN_RAD;
@@ -279,7 +330,8 @@ static int confuse_planner(joint *j) {
     }
     j->wish_rad = j->drive.command_rad;
     run(j, 10, LOAD_NM, 0);
-    if (join(j) > STILL_RAD || size(j->motor_rad - before_rad) > STILL_RAD) {
+    if ((k == 0 && lm_axis_pause(&j->drive)) || join(j) > STILL_RAD ||
+        size(j->motor_rad - before_rad) > STILL_RAD) {
       return 1;
     }
   }
@@ -324,15 +376,149 @@ static int change_payload(joint *j) {
   if (j->drive.state != LM_AXIS_CLOSED || size(j->motor_rad - before_rad) > STILL_RAD) {
     return 1;
   }
+  if (lm_axis_pause(&j->drive)) {
+    return 1;
+  }
+  for (k = 0; k < STAND_TICKS; ++k) { /* a second one */
+    (void)lm_axis_use_sensor(&j->drive, LOAD_NM + payload_Nm, LOAD_NM + 2 * payload_Nm);
+  }
+  (void)lm_axis_use_command(&j->drive, LOAD_NM + payload_Nm); /* the sensor is lost */
+  lm_axis_payload(&j->drive);                                 /* computed, after it was measured */
+  (void)lm_axis_use_command(&j->drive, LOAD_NM + 2 * payload_Nm);
+  if (size(j->drive.torque_Nm - LOAD_NM - 2 * payload_Nm) > 0.01f) {
+    return 1;
+  }
   lm_axis_payload(&j->drive); /* put down again, and measured by nothing */
   (void)lm_axis_use_command(&j->drive, LOAD_NM);
   lm_axis_open(&j->drive);
   run(j, 1, lm_axis_use_command(&j->drive, LOAD_NM), 0);
+  if (size(j->drive.feed_Nm - j->drive.torque_Nm) > 1e-5f) {
+    return 1; /* the load that the motor has to bear when the brake opens */
+  }
   lm_axis_payload(&j->drive);
-  if (size(lm_axis_use_command(&j->drive, LOAD_NM) - LOAD_NM) > 1e-5f) {
+  if (size(lm_axis_use_command(&j->drive, LOAD_NM) - LOAD_NM) > 1e-5f ||
+      size(j->drive.feed_Nm - LOAD_NM) > 1e-5f) {
     return 1;
   }
   return close_loop(j) > STILL_RAD;
+}
+
+/* Opened while the drive still follows, under a load that it yields to: it does not let it fall. A
+ * planner that moves past the command does not begin there. */
+static int open_early(joint *j) {
+  const lm_conditions at = conditions(LOAD_NM);
+  const float before_rad = j->motor_rad;
+  int k;
+  lm_axis_open(&j->drive);
+  for (k = 0; k < STAND_TICKS; ++k) {
+    j->motor_rad = lm_axis_tick(&j->drive, &at, j->motor_rad, 0, 1) - ARRIVED_RAD;
+  }
+  j->motor_rad += ARRIVED_RAD;
+  if (size(j->motor_rad - before_rad) > STILL_RAD || close_loop(j) > STILL_RAD ||
+      lm_axis_pause(&j->drive)) {
+    return 1;
+  }
+  run(j, 2 * STAND_TICKS, LM_UNKNOWN, 0);
+  j->apart = 1;
+  run(j, 2 * STAND_TICKS, LOAD_NM, 0);
+  j->apart = 0;
+  for (k = -20; k < 20; ++k) {
+    const float passing_rad = j->drive.command_rad + 0.5f * NEAR_RAD * (float)k;
+    j->motor_rad = lm_axis_tick(&j->drive, &at, j->motor_rad, passing_rad, 1);
+  }
+  return j->drive.state != LM_AXIS_PAUSED || join(j) > STILL_RAD;
+}
+
+/* The wish steps, or is missing for some ticks and continues, while the axis moves: no jump, whatever
+ * the planner does; after it the planner begins at the command. */
+static int lose_wish(joint *j, int ticks, float step_rad) {
+  const lm_conditions at = conditions(LOAD_NM);
+  const float none = not_a_number();
+  float before_rad;
+  float last_rad;
+  int k;
+  run(j, 20, LOAD_NM, FAST_RAD);
+  last_rad = j->motor_rad;
+  for (k = 0; k < 40; ++k) {
+    before_rad = j->motor_rad;
+    j->wish_rad += FAST_RAD + (k == ticks ? step_rad : 0);
+    j->motor_rad = lm_axis_tick(&j->drive, &at, j->motor_rad, k < ticks ? none : j->wish_rad, 1);
+    if (size(j->motor_rad - before_rad) > FAST_RAD + ARRIVED_RAD) {
+      return 1;
+    }
+  }
+  last_rad = size(j->motor_rad - last_rad);
+  if (ticks <= LM_AXIS_LOST_TICKS && step_rad == 0) { /* not seen */
+    return j->drive.state != LM_AXIS_CLOSED || size(last_rad - 40 * FAST_RAD) > ARRIVED_RAD;
+  }
+  run(j, 1, LOAD_NM, 0);
+  return j->drive.state != LM_AXIS_PAUSED || join(j) > STILL_RAD;
+}
+
+/* The motor is elsewhere after its angle was lost: the planner does not begin. */
+static int come_back_elsewhere(joint *j) {
+  const float away_rad = 0.2f;
+  const lm_conditions at = conditions(LOAD_NM);
+  int k;
+  run(j, 50, LOAD_NM, 0);
+  for (k = 0; k < 2 * STAND_TICKS; ++k) {
+    (void)lm_axis_tick(&j->drive, &at, k < 10 ? not_a_number() : j->motor_rad + away_rad,
+                       j->drive.command_rad, 1);
+  }
+  if (j->drive.state != LM_AXIS_PAUSED || j->drive.waits != LM_AXIS_WAITS_MOTOR) {
+    return 1;
+  }
+  return join(j) > STILL_RAD;
+}
+
+/* A thermometer that is lost, and returns with another temperature. */
+static int lose_thermometer(joint *j) {
+  lm_conditions at = conditions(LOAD_NM);
+  float before_C = 0;
+  int k;
+  at.temperature_C = 20;
+  if (lm_axis_pause(&j->drive)) {
+    return 1;
+  }
+  (void)lm_axis_tick(&j->drive, &at, j->motor_rad, j->wish_rad, 1);
+  if (size(j->drive.temperature_C - 20) > 0 || join(j) > STILL_RAD) {
+    return 1;
+  }
+  for (k = 0; k < 4000; ++k) {
+    before_C = j->drive.temperature_C;
+    at.temperature_C = k < 2000 ? not_a_number() : 45;
+    (void)lm_axis_tick(&j->drive, &at, j->motor_rad, j->wish_rad, 1);
+    if (!(size(j->drive.temperature_C - before_C) <= 1.01f * LM_AXIS_WARMING_K_S * PERIOD_S)) {
+      return 1;
+    }
+  }
+  return j->drive.state != LM_AXIS_CLOSED || size(before_C - 20.1f) > 0.01f;
+}
+
+/* An incremental encoder with another origin after the power-up: the index of the motor gives the
+ * stored zero its meaning. A command to close that waits too long has expired. */
+static int find_index(joint *j) {
+  const float index_rad = 0.4f;
+  const float origin_rad = 0.7f;
+  const float stored_rad = 0.25f;
+  const lm_conditions at = conditions(LOAD_NM);
+  lm_axis axis = j->drive;
+  int asked = 0;
+  (void)lm_axis_index(&axis, index_rad - origin_rad, index_rad, stored_rad);
+  if (size(axis.zero_rad - stored_rad - origin_rad) > STILL_RAD) {
+    return 1;
+  }
+  lm_axis_open(&axis);
+  while (lm_axis_close(&axis, 1) == LM_AXIS_WAITS_MOTOR || asked == 0) {
+    (void)lm_axis_tick(&axis, &at, asked % 2 ? 0 : index_rad, 0, 0);
+    if (++asked > 20000) {
+      return 1;
+    }
+  }
+  (void)lm_axis_tick(&axis, &at, 0, 0, 0);
+  (void)lm_axis_tick(&axis, &at, 0, 0, 0);
+  return size((float)asked * PERIOD_S - LM_AXIS_CLOSING_S) > 0.01f ||
+         lm_axis_close(&axis, 1) == LM_AXIS_WAITS_COMMAND;
 }
 
 /* While the drive does not follow, nothing moves, also under a push, and the planner does not
@@ -353,6 +539,44 @@ static int wait_for_drive(joint *j) {
   return join(j) > STILL_RAD;
 }
 
+/* What is not finite does not reach the drive: torque, velocity, angles. */
+static int pass_on_finite(joint *j) {
+  const float most = 2e38f;
+  const float none = not_a_number();
+  const float torque_Nm = lm_axis_use_command(&j->drive, LOAD_NM);
+  const float feed_Nm = j->drive.feed_Nm;
+  const float setpoint_rad = j->drive.setpoint_rad;
+  float rate_rad_s;
+  (void)lm_axis_use_command(&j->drive, none);
+  (void)lm_axis_use_sensor(&j->drive, none, LOAD_NM);
+  j->drive.beyond_Nm = most;
+  (void)lm_axis_use_command(&j->drive, most);
+  j->drive.beyond_Nm = 0;
+  if (!(size(j->drive.torque_Nm - torque_Nm) <= 0 && size(j->drive.feed_Nm - feed_Nm) <= 0)) {
+    return 1;
+  }
+  run(j, 1, lm_axis_use_command(&j->drive, LOAD_NM), 0);
+  run(j, 20, LOAD_NM, FAST_RAD);
+  rate_rad_s = lm_axis_rate(&j->drive, none);
+  if (!(size(rate_rad_s - FAST_RAD / PERIOD_S) < 0.01f) ||
+      !(size(lm_axis_rate(&j->drive, 0.2f) - 0.2f) < 0.01f)) {
+    return 1;
+  }
+  run(j, 20, LOAD_NM, -FAST_RAD);
+  run(j, 200, LOAD_NM, 0);
+  if (lm_axis_pause(&j->drive)) {
+    return 1;
+  }
+  lm_axis_turn(&j->drive, none);
+  lm_axis_origin(&j->drive, none);
+  run(j, 1, LOAD_NM, 0);
+  if (!(size(j->drive.setpoint_rad - setpoint_rad) < ARRIVED_RAD) ||
+      size(lm_axis_rate(&j->drive, 0.2f)) > 0) {
+    return 1;
+  }
+  return join(j) > STILL_RAD;
+}
+
 /* Angles and torque are lost in motion, and return: no jump, although the planner went on. */
 static int lose_bus(joint *j) {
   const lm_conditions none = conditions(LM_UNKNOWN);
@@ -362,8 +586,13 @@ static int lose_bus(joint *j) {
   before_rad = j->motor_rad;
   for (k = 1; k <= 40; ++k) {
     const float wish_rad = j->wish_rad + FAST_RAD * (float)k;
-    if (size(lm_axis_tick(&j->drive, &none, not_a_number(), wish_rad, 1) - before_rad) > 0 ||
-        j->drive.state != LM_AXIS_PAUSED || j->drive.waits != LM_AXIS_WAITS_MOTOR) {
+    const float setpoint_rad = lm_axis_tick(&j->drive, &none, not_a_number(), wish_rad, 1);
+    if (k <= LM_AXIS_LOST_TICKS) { /* not seen by the axis */
+      before_rad += FAST_RAD;
+    } else if (j->drive.state != LM_AXIS_PAUSED || j->drive.waits != LM_AXIS_WAITS_MOTOR) {
+      return 1;
+    }
+    if (size(setpoint_rad - before_rad) > ARRIVED_RAD) {
       return 1;
     }
   }
@@ -419,14 +648,14 @@ static int refuse_angles(void) {
       lm_axis_power_up(&axis, &joint_parameters, 0, &at, 257, 0, &fault) != LM_OUT_OF_RANGE ||
       fault.input[0] != 'm' ||
       lm_axis_power_up(&axis, &joint_parameters, 0, &at, 0, none, &fault) != LM_OUT_OF_RANGE ||
-      axis.state != LM_AXIS_OFF || lm_axis_close(&axis) != LM_AXIS_WAITS_START ||
+      axis.state != LM_AXIS_OFF || lm_axis_close(&axis, 1) != LM_AXIS_WAITS_START ||
       lm_axis_power_up(&axis, &joint_parameters, 0, &at, 0, 0, &fault) != LM_OK) {
     return 1;
   }
   for (k = 0; k < STAND_TICKS; ++k) {
     (void)lm_axis_tick(&axis, &at, 40, 0, 1);
   }
-  if (lm_axis_close(&axis) != LM_AXIS_WAITS_MOTOR) {
+  if (lm_axis_close(&axis, 1) != LM_AXIS_WAITS_MOTOR) {
     return 1;
   }
   /* Another mode after the tick: not yet. */
@@ -434,7 +663,7 @@ static int refuse_angles(void) {
     (void)lm_axis_tick(&axis, &at, 0, 0, 1);
   }
   (void)lm_axis_set_mode(&axis, LM_MODE_RESET);
-  return lm_axis_close(&axis) != LM_AXIS_WAITS_STAND;
+  return lm_axis_close(&axis, 1) != LM_AXIS_WAITS_STAND;
 }
 
 static void turn_load(joint *j, float from_Nm, float to_Nm) {
@@ -469,7 +698,7 @@ int axis_story(float *most_rad) {
   }
   /* The torque is not known yet: the loop stays open. */
   run(&j, STAND_TICKS, LM_UNKNOWN, 0);
-  if (lm_axis_close(&j.drive) != LM_AXIS_WAITS_CONDITION) {
+  if (lm_axis_close(&j.drive, 1) != LM_AXIS_WAITS_CONDITION) {
     return 2;
   }
   moved_rad = close_loop(&j);
@@ -502,7 +731,7 @@ int axis_story(float *most_rad) {
   lm_axis_open(&j.drive);
   run(&j, 200, LOAD_NM + PUSH_NM, 0);
   run(&j, 20, LOAD_NM, 0);
-  if (!lm_axis_close(&j.drive) || !lm_axis_power_down(&j.drive, &kept)) {
+  if (!lm_axis_close(&j.drive, 1) || !lm_axis_power_down(&j.drive, &kept)) {
     return 5;
   }
   /* The brake slips: the loop stays open. */
@@ -510,7 +739,7 @@ int axis_story(float *most_rad) {
     j.motor_rad += SLIP_RAD;
     run(&j, 1, LOAD_NM, 0);
   }
-  if (!lm_axis_close(&j.drive)) {
+  if (!lm_axis_close(&j.drive, 1)) {
     return 15;
   }
   /* The arm swings against the brake: that is no ringing of the correction. */
@@ -570,6 +799,25 @@ int axis_story(float *most_rad) {
   if (wait_for_drive(&j) || plan_slowly(&j) || start_late()) {
     return 20;
   }
+  if (pass_on_finite(&j)) {
+    return 24;
+  }
+  if (open_early(&j)) {
+    return 25;
+  }
+  if (lose_wish(&j, LM_AXIS_LOST_TICKS, 0) || lose_wish(&j, 20, 0) || lose_wish(&j, 0, 0.2f) ||
+      lose_wish(&j, 0, -0.2f)) {
+    return 26;
+  }
+  if (come_back_elsewhere(&j)) {
+    return 27;
+  }
+  if (lose_thermometer(&j)) {
+    return 28;
+  }
+  if (find_index(&j)) {
+    return 29;
+  }
   if (lose_bus(&j)) {
     return 21;
   }
@@ -597,7 +845,7 @@ int axis_story(float *most_rad) {
     return 10;
   }
   zero_rad = j.wish_rad;
-  for (k = 0; k < STAND_TICKS && lm_axis_close(&j.drive); ++k) {
+  for (k = 0; k < STAND_TICKS && lm_axis_close(&j.drive, 1); ++k) {
     run(&j, 1, lm_axis_use_command(&j.drive, LOAD_NM), 0);
   }
   for (k = 0; k < STAND_TICKS; ++k) {
