@@ -527,6 +527,7 @@ lm_status lm_measure_drive(const lm_problem *problem, const lm_scan *scan, const
   apart.forward = 1;
   if (status == LM_OK) {
     status = lm_prepare_meshes(drive, scan->nodes, workspace, fault);
+    workspace->near_only = 1;
   }
   if (status == LM_OK) {
     status = find_gapless(problem, drive, gapless, workspace, fault);

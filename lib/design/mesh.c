@@ -104,6 +104,7 @@ static lm_gap no_overlap(void) {
   gap.gap_rad = REAL_INFINITY;
   gap.radius_mm = LM_REAL(0);
   gap.flank_angle_rad = LM_REAL(0);
+  gap.is_bound = 0;
   return gap;
 }
 
@@ -345,14 +346,14 @@ static void look_between(const flank_pair *pair, const flank_point *low, const f
   }
 }
 
-/* Whether the flank may come closer between two samples with a corner between them than the lowest
- * point so far. A corner is the edge of two smooth flanks, so the gap falls no faster between the
- * samples than at them; the end of the generated flank is steeper. */
-static int is_near(const flank_point *best, const flank_point *low, const flank_point *high) {
+/* A gap that the flank does not fall below between two samples. A corner is the edge of two smooth
+ * flanks, so the gap falls no faster between the samples than at them; only the end of the generated
+ * flank is steeper. */
+static lm_real floor_between(const flank_point *low, const flank_point *high) {
   const lm_real below = low->gap_rad < high->gap_rad ? low->gap_rad : high->gap_rad;
   const lm_real a = real_fabs(low->gap_slope);
   const lm_real b = real_fabs(high->gap_slope);
-  return below - (a > b ? a : b) * (high->foot_mm - low->foot_mm) < best->gap_rad;
+  return below - (a > b ? a : b) * (high->foot_mm - low->foot_mm);
 }
 
 /* The flank on a corner's radius between two samples: a point on each side of it, and the corner
@@ -407,7 +408,8 @@ static flank_point general_minimum(const flank_pair *pair, const flank_point sam
       if (!(radius < high->radius_mm)) {
         break;
       }
-      if (radius > before.radius_mm && (corner < 0 || is_near(&best, &before, high))) {
+      if (radius > before.radius_mm &&
+          (corner < 0 || floor_between(&before, high) < best.gap_rad)) {
         look_at_corner(pair, radius, high, &before, &best);
       }
     }
@@ -444,7 +446,28 @@ static flank_point general_on_radius(const flank_pair *pair, lm_real at_low, lm_
   return general_foot(pair, &foot);
 }
 
-static lm_gap general_gap(const flank_pair *pair, lm_real at_low, lm_real at_high) {
+/* Whether no point of the flank is closer than the limit; then *lowest is the lowest sample and the
+ * least possible gap. */
+static int stays_beyond(const flank_pair *pair, const flank_point sample[], int count,
+                        lm_real limit_rad, flank_point *lowest) {
+  lm_real floor = sample[0].gap_rad;
+  int i;
+  if (pair->mesh->rigid_kind != LM_FLANK_INVOLUTE &&
+      sample[count - 1].radius_mm > pair->mesh->conjugate.land_mm) {
+    return 0;
+  }
+  *lowest = sample[0];
+  for (i = 1; i < count; i++) {
+    const lm_real between = floor_between(&sample[i - 1], &sample[i]);
+    floor = between < floor ? between : floor;
+    see(lowest, &sample[i]);
+  }
+  lowest->gap_rad = floor;
+  return floor > limit_rad;
+}
+
+static lm_gap general_gap(const flank_pair *pair, lm_real at_low, lm_real at_high,
+                          lm_real limit_rad) {
   const lm_mesh *mesh = pair->mesh;
   flank_point point[LM_FLANK_SAMPLES_MAX + 2];
   flank_point nearest;
@@ -467,7 +490,10 @@ static lm_gap general_gap(const flank_pair *pair, lm_real at_low, lm_real at_hig
   if (at_high > mesh->polar_high_mm) {
     point[count++] = point[LM_FLANK_SAMPLES_MAX + 1];
   }
-  nearest = general_minimum(pair, point, count);
+  gap.is_bound = limit_rad < REAL_INFINITY && stays_beyond(pair, point, count, limit_rad, &nearest);
+  if (!gap.is_bound) {
+    nearest = general_minimum(pair, point, count);
+  }
   gap.gap_rad = nearest.gap_rad;
   gap.radius_mm = nearest.radius_mm;
   gap.flank_angle_rad = general_angle(&nearest);
@@ -479,8 +505,8 @@ static lm_gap general_gap(const flank_pair *pair, lm_real at_low, lm_real at_hig
 
 /* Both flanks exist between two ends: the flexspline's own, or the points where the rigid tip
  * limits it. The gap between the ends is nearly linear, so its minimum is at an end unless the
- * slopes enclose it. */
-static lm_gap flank_gap(const flank_pair *pair) {
+ * slopes enclose it. Above the limit a lower bound may be the result. */
+static lm_gap flank_gap(const flank_pair *pair, lm_real limit_rad) {
   const lm_mesh *mesh = pair->mesh;
   const lm_real at_high = polar_radius(pair, &mesh->high);
   const lm_real at_low = polar_radius(pair, &mesh->low);
@@ -491,7 +517,7 @@ static lm_gap flank_gap(const flank_pair *pair) {
     return no_overlap();
   }
   if (!is_involute_pair(mesh)) {
-    return general_gap(pair, at_low, at_high);
+    return general_gap(pair, at_low, at_high, limit_rad);
   }
   low = at_low < mesh->polar_low_mm ? point_on_radius(pair, mesh->polar_low_mm, at_low, at_high)
                                     : evaluate_foot(pair, &mesh->low);
@@ -505,6 +531,7 @@ static lm_gap flank_gap(const flank_pair *pair) {
   gap.gap_rad = low.gap_rad;
   gap.radius_mm = low.radius_mm;
   gap.flank_angle_rad = low.flank_angle_rad;
+  gap.is_bound = 0;
   return gap;
 }
 
@@ -702,15 +729,20 @@ static flank_pair place_pair(const lm_mesh *mesh, lm_real angle_rad, int forward
   return pair;
 }
 
-lm_clearance lm_tooth_clearance(const lm_mesh *mesh, lm_real angle_rad) {
+static lm_clearance clearance_within(const lm_mesh *mesh, lm_real angle_rad, lm_real forward_limit,
+                                     lm_real backward_limit) {
   lm_clearance clearance;
   flank_pair pair = place_pair(mesh, angle_rad, 1);
   clearance.angle_rad = angle_rad;
   clearance.foot_mm = pair.place.radius_mm;
-  clearance.forward = flank_gap(&pair);
+  clearance.forward = flank_gap(&pair, forward_limit);
   pair.side = -mesh->line.sense;
-  clearance.backward = flank_gap(&pair);
+  clearance.backward = flank_gap(&pair, backward_limit);
   return clearance;
+}
+
+lm_clearance lm_tooth_clearance(const lm_mesh *mesh, lm_real angle_rad) {
+  return clearance_within(mesh, angle_rad, REAL_INFINITY, REAL_INFINITY);
 }
 
 /* The tip that leaves the overlap first, and its remaining reach into the other gear. */
@@ -767,6 +799,7 @@ lm_clearance_end lm_find_overlap_end(const lm_mesh *mesh, lm_real inside_rad, lm
   end.gap.gap_rad = tip.gap_rad;
   end.gap.radius_mm = tip.radius_mm;
   end.gap.flank_angle_rad = tip.flank_angle_rad;
+  end.gap.is_bound = 0;
   return end;
 }
 
@@ -801,16 +834,18 @@ static lm_clearance mirror_clearance(const lm_clearance *tooth) {
   return mirrored;
 }
 
-lm_status lm_lobe_clearances(const lm_mesh *mesh, lm_real phase_rad, lm_clearance clearances[],
-                             int capacity, int *count, lm_fault *fault) {
+lm_status lm_near_clearances(const lm_mesh *mesh, lm_real phase_rad, lm_real beyond_rad,
+                             lm_clearance clearances[], int capacity, int *count, lm_fault *fault) {
   const lm_status status = check_pointers(mesh, clearances, count, fault);
+  lm_real forward = REAL_INFINITY; /* smallest gaps so far */
+  lm_real backward = REAL_INFINITY;
   lm_real quarter;
   lm_real turns;
   lm_real shift; /* pitches */
   int first;
   int last;
   int twice; /* the shift, half pitches */
-  int k;
+  int i;
   if (status != LM_OK) {
     return status;
   }
@@ -827,18 +862,33 @@ lm_status lm_lobe_clearances(const lm_mesh *mesh, lm_real phase_rad, lm_clearanc
   if (last - first + 1 > capacity) {
     return refuse_capacity(fault, "capacity", capacity, last - first + 1);
   }
-  /* The flanks of a tooth are those of the tooth at the opposite angle, -k - 2 shift, exchanged. */
+  /* From the deformation axis outwards, so that a small gap is known early: 0, -1, 1, -2, 2 ... The
+   * flanks of a tooth are those of the tooth at the opposite angle, -k - 2 shift, exchanged. */
   twice = (int)(LM_REAL(2) * shift + LM_REAL(0.5));
-  for (k = last; k >= first; k--) {
-    const lm_real angle = within_lobe((LM_REAL(k) + shift) / quarter * HALF_PI);
+  for (i = 0; i <= 2 * (last > -first ? last : -first); i++) {
+    const int k = i % 2 == 0 ? i / 2 : -(i + 1) / 2;
     const int opposite = -k - twice;
-    const int known =
-        opposite > k && opposite <= last && clearances[opposite - first].angle_rad == -angle;
-    clearances[k - first] =
-        known ? mirror_clearance(&clearances[opposite - first]) : lm_tooth_clearance(mesh, angle);
+    const int before = opposite >= 0 ? 2 * opposite : -2 * opposite - 1; /* its turn */
+    lm_clearance *tooth = &clearances[k - first];
+    lm_real angle;
+    if (k < first || k > last) {
+      continue;
+    }
+    angle = within_lobe((LM_REAL(k) + shift) / quarter * HALF_PI);
+    *tooth = before < i && opposite >= first && opposite <= last &&
+                     clearances[opposite - first].angle_rad == -angle
+                 ? mirror_clearance(&clearances[opposite - first])
+                 : clearance_within(mesh, angle, forward + beyond_rad, backward + beyond_rad);
+    forward = tooth->forward.gap_rad < forward ? tooth->forward.gap_rad : forward;
+    backward = tooth->backward.gap_rad < backward ? tooth->backward.gap_rad : backward;
   }
   *count = last - first + 1;
   return LM_OK;
+}
+
+lm_status lm_lobe_clearances(const lm_mesh *mesh, lm_real phase_rad, lm_clearance clearances[],
+                             int capacity, int *count, lm_fault *fault) {
+  return lm_near_clearances(mesh, phase_rad, REAL_INFINITY, clearances, capacity, count, fault);
 }
 
 lm_status lm_sweep_clearances(const lm_mesh *mesh, int phases, lm_clearance clearances[],

@@ -224,6 +224,9 @@ lm_real lm_rim_yield(const lm_foundation *foundation, int tooth, int other) {
 typedef struct path {
   const lm_contact *contacts;
   int count;
+  int far;            /* contacts behind them that are to stay open */
+  int touched;        /* one of these does not */
+  lm_real middle_rad; /* angle at rest */
   const lm_foundation *foundation;
   lm_take_up_workspace *w;
   lm_real multiplicity; /* 2 if one lobe represents both */
@@ -231,6 +234,17 @@ typedef struct path {
   int last_tooth;
   int events_left; /* number of further pairs that may join or leave on this path */
 } path;
+
+static void range_of_teeth(path *p) {
+  int i;
+  p->first_tooth = p->contacts[0].tooth;
+  p->last_tooth = p->contacts[0].tooth;
+  for (i = 1; i < p->count; i++) {
+    const int tooth = p->contacts[i].tooth;
+    p->first_tooth = tooth < p->first_tooth ? tooth : p->first_tooth;
+    p->last_tooth = tooth > p->last_tooth ? tooth : p->last_tooth;
+  }
+}
 
 /* How the distance of each pair changes along the path parameter. */
 typedef enum direction {
@@ -672,6 +686,29 @@ static lm_real twist_work(const path *p) {
   return work;
 }
 
+/* Whether the contacts that are left out stay open in a state: the rest turned by the angle, forces
+ * on the active pairs. Their gaps are lower bounds and their flank angles rough, so what the rim
+ * closes counts twice. */
+static void watch_far(path *p, const lm_real force[], lm_real angle) {
+  lm_real turn_rad[LM_SECTIONS_MAX];
+  path wide = *p;
+  int i;
+  if (p->far == 0) {
+    return;
+  }
+  wide.count = p->count + p->far;
+  range_of_teeth(&wide);
+  spread(&wide, force, turn_rad);
+  for (i = p->count; i < wide.count; i++) {
+    const lm_contact *c = &p->contacts[i];
+    const lm_real opened = c->wedge * p->w->give[c->lobe][c->tooth];
+    const lm_real slack = c->arm_mm * (c->gap_rad - LM_REAL(c->side) * angle) +
+                          LM_REAL(c->side) * c->arm_mm * turn_rad[c->section] +
+                          (opened < LM_REAL(0) ? LM_REAL(2) * opened : LM_REAL(0));
+    p->touched |= !(slack > LM_REAL(0));
+  }
+}
+
 /* The state `distance` further along the path. Work from rest, by force change dF and torque dT:
  *   dT dphi = sum dF C dF + sum over joined pairs F slack(rest) + sum over left pairs F(rest)
  * slack, which is exact because a pair that carries in both states moves by C dF alone. */
@@ -679,6 +716,7 @@ static void report_state(path *p, lm_real angle, lm_real distance, lm_real torqu
                          lm_take_up *state) {
   lm_take_up_workspace *w = p->w;
   const lm_real scale = torque_Nm * LM_MM_PER_M / p->multiplicity;
+  lm_real force[LM_ACTIVE_MAX];
   lm_real clearance = LM_REAL(0);
   lm_real tooth = LM_REAL(0);
   int i;
@@ -705,6 +743,10 @@ static void report_state(path *p, lm_real angle, lm_real distance, lm_real torqu
   state->stiffness_Nm_per_rad = real_fabs(torque_of(p, w->rate));
   state->forward_teeth = count_teeth(p, 1);
   state->backward_teeth = count_teeth(p, -1);
+  for (i = 0; i < w->active_count; i++) {
+    force[i] = w->force[i] + w->rate[i] * distance;
+  }
+  watch_far(p, force, p->middle_rad + angle);
 }
 
 /* The unloaded state: no rotation, the stiffness of the pairs that carry without load. */
@@ -825,17 +867,6 @@ static lm_status check_torques(const lm_real torque_Nm[], int torques, lm_fault 
   return LM_OK;
 }
 
-static void range_of_teeth(path *p) {
-  int i;
-  p->first_tooth = p->contacts[0].tooth;
-  p->last_tooth = p->contacts[0].tooth;
-  for (i = 1; i < p->count; i++) {
-    const int tooth = p->contacts[i].tooth;
-    p->first_tooth = tooth < p->first_tooth ? tooth : p->first_tooth;
-    p->last_tooth = tooth > p->last_tooth ? tooth : p->last_tooth;
-  }
-}
-
 /* Part of the foundation used by the contacts. */
 static lm_status check_foundation(const path *p, lm_fault *fault) {
   const lm_foundation *f = p->foundation;
@@ -862,10 +893,10 @@ static lm_status check_foundation(const path *p, lm_fault *fault) {
   return status;
 }
 
-lm_status lm_coupled_take_up(const lm_contact contacts[], int count,
-                             const lm_foundation *foundation, const lm_real torque_Nm[],
-                             int torques, lm_take_up states[], lm_rest *rest,
-                             lm_take_up_workspace *workspace, lm_fault *fault) {
+lm_status lm_near_take_up(const lm_contact contacts[], int count, int far, int *touched,
+                          const lm_foundation *foundation, const lm_real torque_Nm[], int torques,
+                          lm_take_up states[], lm_rest *rest, lm_take_up_workspace *workspace,
+                          lm_fault *fault) {
   lm_rest found;
   lm_status status;
   path p;
@@ -889,6 +920,8 @@ lm_status lm_coupled_take_up(const lm_contact contacts[], int count,
   }
   p.contacts = contacts;
   p.count = count;
+  p.far = far;
+  p.touched = 0;
   p.foundation = foundation;
   p.w = workspace;
   p.multiplicity = foundation->lobes == 1 ? LM_REAL(2) : LM_REAL(1);
@@ -901,6 +934,8 @@ lm_status lm_coupled_take_up(const lm_contact contacts[], int count,
   if (status != LM_OK) {
     return status;
   }
+  p.middle_rad = found.middle_rad;
+  watch_far(&p, workspace->force, found.middle_rad);
   keep_rest(&p);
   while (below < torques && torque_Nm[below] < LM_REAL(0)) {
     below++;
@@ -922,5 +957,15 @@ lm_status lm_coupled_take_up(const lm_contact contacts[], int count,
   if (status == LM_OK && rest != 0) {
     *rest = found;
   }
+  *touched = p.touched;
   return status;
+}
+
+lm_status lm_coupled_take_up(const lm_contact contacts[], int count,
+                             const lm_foundation *foundation, const lm_real torque_Nm[],
+                             int torques, lm_take_up states[], lm_rest *rest,
+                             lm_take_up_workspace *workspace, lm_fault *fault) {
+  int touched;
+  return lm_near_take_up(contacts, count, 0, &touched, foundation, torque_Nm, torques, states, rest,
+                         workspace, fault);
 }

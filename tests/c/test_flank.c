@@ -536,6 +536,59 @@ static void a_tip_at_the_end_of_the_flank_has_the_clearance_of_its_neighbours(vo
   TEST_ASSERT_TRUE(reaches > 5);
 }
 
+/* Lower bounds where a pair is further off than the limit, exact gaps elsewhere; number of bounds.
+ */
+static int compare_near(const lm_gap *near, const lm_gap *exact, lm_real smallest) {
+  const lm_real beyond = LM_REAL(1.5) * ARCMIN;
+  if (near->is_bound) {
+    TEST_ASSERT_TRUE(near->gap_rad <= exact->gap_rad);
+    TEST_ASSERT_TRUE(near->gap_rad > smallest + beyond);
+    return 1;
+  }
+  TEST_ASSERT_TRUE(near->gap_rad == exact->gap_rad);
+  TEST_ASSERT_TRUE(near->radius_mm == exact->radius_mm);
+  TEST_ASSERT_TRUE(near->flank_angle_rad == exact->flank_angle_rad);
+  return 0;
+}
+
+static int count_bounds(lm_real phase_pitches) {
+  static lm_clearance exact[LM_LOBE_TEETH_MAX];
+  static lm_clearance near[LM_LOBE_TEETH_MAX];
+  const lm_real phase = phase_pitches * LM_REAL(2) * LM_PI / LM_REAL(100);
+  lm_real forward = LM_REAL(INFINITY);
+  lm_real backward = LM_REAL(INFINITY);
+  int bounds = 0;
+  int count;
+  int i;
+  make_mesh();
+  ACCEPTED(lm_lobe_clearances(&mesh, phase, exact, LM_LOBE_TEETH_MAX, &count, &fault));
+  ACCEPTED(lm_near_clearances(&mesh, phase, LM_REAL(1.5) * ARCMIN, near, LM_LOBE_TEETH_MAX, &count,
+                              &fault));
+  for (i = 0; i < count; i++) {
+    forward = exact[i].forward.gap_rad < forward ? exact[i].forward.gap_rad : forward;
+    backward = exact[i].backward.gap_rad < backward ? exact[i].backward.gap_rad : backward;
+  }
+  for (i = 0; i < count; i++) {
+    bounds += compare_near(&near[i].forward, &exact[i].forward, forward);
+    bounds += compare_near(&near[i].backward, &exact[i].backward, backward);
+  }
+  return bounds;
+}
+
+static void far_pairs_have_lower_bounds(void) {
+  int k;
+  for (k = 0; k < 6; k++) {
+    const lm_real phase = LM_REAL(k) / LM_REAL(6);
+    start_arcs();
+    drive.flank.rho_a -= LM_REAL(0.02) * LM_REAL(k);
+    TEST_ASSERT_TRUE(count_bounds(phase) > 3);
+    start_s_teeth();
+    TEST_ASSERT_TRUE(count_bounds(phase) > 3);
+  }
+  drive = reference_a();
+  TEST_ASSERT_EQUAL(0, count_bounds(LM_REAL(0)));
+}
+
 /* --- a circular spline of points -----------------------------------------------------------------
  */
 
@@ -630,6 +683,7 @@ int main(void) {
   RUN_TEST(shift_and_backlash_displace_the_flank);
   RUN_TEST(tips_that_do_not_reach_are_refused);
   RUN_TEST(a_tip_at_the_end_of_the_flank_has_the_clearance_of_its_neighbours);
+  RUN_TEST(far_pairs_have_lower_bounds);
   RUN_TEST(points_of_a_space_have_its_clearances);
   RUN_TEST(spaces_that_make_no_mesh_are_refused);
   return UNITY_END();

@@ -986,6 +986,50 @@ static void many_pairs(int n) {
   }
 }
 
+/* Pairs by rising gaps, so that the far ones are the last. */
+static void sort_pairs(void) {
+  int i;
+  for (i = 1; i < count; i++) {
+    const lm_contact moved = contacts[i];
+    int k = i;
+    for (; k > 0 && contacts[k - 1].gap_rad > moved.gap_rad; k--) {
+      contacts[k] = contacts[k - 1];
+    }
+    contacts[k] = moved;
+  }
+}
+
+/* Far pairs that carry are noticed; where none does, the states are those of all pairs. */
+static void pairs_left_out_are_noticed_if_they_carry(void) {
+  int left_out = 0;
+  int noticed = 0;
+  int k;
+  for (k = 0; k < 60; k++) {
+    static const lm_real torque[] = {LM_REAL(-3), LM_REAL(3), LM_REAL(20)};
+    lm_take_up all[3];
+    lm_take_up states[3];
+    int touched;
+    int near;
+    int t;
+    random_mesh(30, 1 + k % 3, 1 + k % 2, -0.5, 3);
+    sort_pairs();
+    TEST_ASSERT_EQUAL(LM_OK, lm_coupled_take_up(contacts, count, &foundation, torque, 3, all, &rest,
+                                                &workspace, &fault));
+    for (near = 12; near < 28; near += 5) {
+      TEST_ASSERT_EQUAL(LM_OK, lm_near_take_up(contacts, near, count - near, &touched, &foundation,
+                                               torque, 3, states, &rest, &workspace, &fault));
+      noticed += touched;
+      left_out += !touched;
+      for (t = 0; t < 3 && !touched; t++) {
+        ASSERT_NEAR(BOUND(1e-12, 1e-6), all[t].angle_rad, states[t].angle_rad);
+        TEST_ASSERT_EQUAL(all[t].forward_teeth, states[t].forward_teeth);
+      }
+    }
+  }
+  TEST_ASSERT_TRUE(left_out > 40);
+  TEST_ASSERT_TRUE(noticed > 40);
+}
+
 static void all_active_pairs_may_carry_and_the_first_events_are_kept(void) {
   static const double torque[] = {-1e6, 1e6};
   lm_take_up states[2];
@@ -1410,6 +1454,7 @@ int main(void) {
   RUN_TEST(one_lobe_counts_for_two);
   RUN_TEST(unequal_lobes_carry_one_after_the_other);
   RUN_TEST(the_events_stand_on_the_curve_in_their_order);
+  RUN_TEST(pairs_left_out_are_noticed_if_they_carry);
   RUN_TEST(all_active_pairs_may_carry_and_the_first_events_are_kept);
   RUN_TEST(more_active_pairs_are_refused);
   RUN_TEST(the_largest_numbers_are_accepted);

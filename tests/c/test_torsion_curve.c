@@ -575,6 +575,42 @@ static void phases_one_after_the_other_give_the_bits_of_each_alone(void) {
 
 /* A tooth that is pointed below its tip: negative margin of the tip thickness, no compliance.
  */
+/* Whether the states of a drive are found without the pairs that are further off. */
+static void assert_same_bits_with_near_pairs(const lm_drive *drive, lm_real torque_Nm) {
+  const lm_real torque[] = {-torque_Nm, torque_Nm / LM_REAL(20), torque_Nm};
+  const lm_real pitch = LM_REAL(2) * LM_PI / LM_REAL(drive->teeth.flexspline_teeth);
+  int k;
+  for (k = 0; k < 3; k++) {
+    const lm_real phase = pitch * LM_REAL(k) / LM_REAL(4);
+    lm_contributions all[3];
+    int pairs;
+    int i;
+    evaluate(drive, phase, torque, 3);
+    pairs = state.pairs;
+    for (i = 0; i < 3; i++) {
+      all[i] = point[i];
+    }
+    workspace.near_only = 1;
+    TEST_ASSERT_EQUAL(LM_OK, lm_evaluate_torsion_curve(drive, phase, torque, 3, point, &state,
+                                                       &workspace, &fault));
+    TEST_ASSERT_EQUAL(pairs, state.pairs);
+    for (i = 0; i < 3; i++) {
+      TEST_ASSERT_TRUE(all[i].total_rad == point[i].total_rad);
+      TEST_ASSERT_TRUE(all[i].stiffness_Nm_per_rad == point[i].stiffness_Nm_per_rad);
+      TEST_ASSERT_EQUAL(all[i].forward_teeth, point[i].forward_teeth);
+    }
+  }
+}
+
+/* Also where far pairs carry, as at many times the rated torque: all are computed then. */
+static void near_pairs_give_the_bits_of_all(void) {
+  lm_drive drive = rich();
+  assert_same_bits_with_near_pairs(&drive, LM_REAL(40));
+  assert_same_bits_with_near_pairs(&drive, LM_REAL(2000));
+  drive.axial_sections = 3;
+  assert_same_bits_with_near_pairs(&drive, LM_REAL(40));
+}
+
 static void pointed_teeth_are_refused_by_their_height(void) {
   const lm_real torque[] = {1};
   lm_drive drive = reference_a();
@@ -710,6 +746,7 @@ int main(void) {
   RUN_TEST(the_largest_drive_has_room);
   RUN_TEST(pairs_without_a_compliance_are_refused);
   RUN_TEST(phases_one_after_the_other_give_the_bits_of_each_alone);
+  RUN_TEST(near_pairs_give_the_bits_of_all);
   RUN_TEST(pointed_teeth_are_refused_by_their_height);
   RUN_TEST(knots_of_a_straight_line_are_free);
   RUN_TEST(knots_follow_the_torsion_curve);

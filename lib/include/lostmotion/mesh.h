@@ -26,6 +26,7 @@ typedef struct lm_gap {
   lm_real gap_rad;   /* output rotation until contact; < 0 interference; infinite: no overlap */
   lm_real radius_mm; /* r_k, where they touch; 0 without overlap */
   lm_real flank_angle_rad; /* alpha_w: flank against the radius of the rigid gear's axis there */
+  int is_bound; /* 1: the gap is at least gap_rad, the rest is near (lm_near_clearances) */
 } lm_gap;
 
 /* One tooth of the flexspline. */
@@ -127,6 +128,11 @@ lm_clearance_end lm_find_overlap_end(const lm_mesh *mesh, lm_real inside_rad, lm
  * LM_NULL, LM_NOT_FINITE ("phase_rad"), LM_TOO_SMALL. */
 lm_status lm_lobe_clearances(const lm_mesh *mesh, lm_real phase_rad, lm_clearance clearances[],
                              int capacity, int *count, lm_fault *fault);
+
+/* The same, but of pairs whose gap exceeds the smallest one of their flank by more than beyond_rad
+ * (> 0) the gap may be a lower bound, which costs less than half. Errors as lm_lobe_clearances. */
+lm_status lm_near_clearances(const lm_mesh *mesh, lm_real phase_rad, lm_real beyond_rad,
+                             lm_clearance clearances[], int capacity, int *count, lm_fault *fault);
 
 /* Tooth phases of a sweep. */
 #define LM_SWEEP_PHASES_MAX 64

@@ -160,6 +160,15 @@ lm_status lm_coupled_take_up(const lm_contact contacts[], int count,
                              int torques, lm_take_up states[], lm_rest *rest,
                              lm_take_up_workspace *workspace, lm_fault *fault);
 
+/* The same for contacts of which the last `far` (>= 0) are left out: contacts[count + far]; their
+ * gaps may be lower bounds and are > 0 within the range of the others. *touched is 1 if one of them
+ * would carry in a state or at rest: then the states are not those of all contacts. Otherwise they
+ * are, because the state under a torque is unique. On error *touched is not set. */
+lm_status lm_near_take_up(const lm_contact contacts[], int count, int far, int *touched,
+                          const lm_foundation *foundation, const lm_real torque_Nm[], int torques,
+                          lm_take_up states[], lm_rest *rest, lm_take_up_workspace *workspace,
+                          lm_fault *fault);
+
 LM_END_DECLS
 
 #endif

@@ -72,6 +72,8 @@ typedef struct lm_design_workspace {
   lm_mesh meshes[LM_SECTIONS_MAX]; /* of the axial sections, which share the load */
   lm_mesh face[LM_SECTIONS_MAX]; /* sections for the checks (lm_make_face); filled by the caller */
   lm_pair_give give; /* the same at all tooth phases: computed by the first evaluation */
+  int near_only; /* 0 after lm_prepare_meshes; 1: the same states in less time, with lower bounds in
+                    place of clearances that do not matter for them */
   lm_clearance clearances[LM_SECTIONS_MAX][LM_LOBE_TEETH_MAX];
   lm_contact contacts[LM_CONTACTS_MAX];
   lm_foundation foundation;
