@@ -22,21 +22,16 @@ from lostmotion.effects.conditions import Conditions, side_by_side
 from lostmotion.fit.deviations import DEVIATIONS, GAP, gap_closed, stiffness_factor, width_factor
 from lostmotion.fit.form_error import FormBasis, FormError
 from lostmotion.fit.hysteresis import (
-    ENVELOPE_FILED,
     FIRST_ENVELOPES,
     FIRST_SHARES,
-    KNEE_FILED,
-    OUTSIDE_FILED,
-    RADII_FILED,
-    SHARES_FILED,
+    HYSTERESIS_FILED,
     START,
-    WIDENING_FILED,
     Hysteresis,
 )
 from lostmotion.fit.least_squares import Solution, bounded_least_squares
 from lostmotion.fit.parameters import Block, Filed, placed, prior_rows
 from lostmotion.fit.point import Point
-from lostmotion.fit.segmented_curve import KNOTS_FILED, SLOPES_FILED, SegmentedCurve
+from lostmotion.fit.segmented_curve import CURVE_FILED, SegmentedCurve
 from lostmotion.fit.sticking import Sticking
 from lostmotion.fit.terms import RUN_SCATTER, Additive, Term
 from lostmotion.torsion_curve import TorsionCurve
@@ -47,16 +42,7 @@ FloatArray = npt.NDArray[np.float64]
 TOLERANCE = 1e-6
 """Relative decrease of the cost below which a fit ends."""
 
-FILED = (
-    KNOTS_FILED,
-    SLOPES_FILED,
-    RADII_FILED,
-    WIDENING_FILED,
-    SHARES_FILED,
-    OUTSIDE_FILED,
-    ENVELOPE_FILED,
-    KNEE_FILED,
-)
+FILED = (*CURVE_FILED, *HYSTERESIS_FILED)
 """Values of the baseline model in a fitted drive file, in addition to effects."""
 
 

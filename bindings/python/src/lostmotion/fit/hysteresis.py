@@ -98,6 +98,14 @@ SHARES_FILED = Filed("hysteresis.shares", PLAY_SHARE, "play_inside_share")
 OUTSIDE_FILED = Filed("hysteresis.outside", PLAY_OUTSIDE, "play_outside_rad_per_Nm", ARCSEC)
 ENVELOPE_FILED = Filed("hysteresis.envelope_Nm", PLAY_ENVELOPE, "play_envelope_Nm", absent=0.0)
 KNEE_FILED = Filed("hysteresis.knee_Nm", PLAY_KNEE, "play_envelope_knee_Nm")
+HYSTERESIS_FILED = (
+    RADII_FILED,
+    WIDENING_FILED,
+    SHARES_FILED,
+    OUTSIDE_FILED,
+    ENVELOPE_FILED,
+    KNEE_FILED,
+)
 
 
 def envelope(torque: FloatArray, more_Nm: float, knee_Nm: float) -> FloatArray:

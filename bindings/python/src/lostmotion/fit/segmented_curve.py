@@ -36,6 +36,7 @@ SLOPE_MAX = 50.0
 
 KNOTS_FILED = Filed("curve.knots_Nm", KNOT, "knot_Nm")
 SLOPES_FILED = Filed("curve.slopes", SLOPE, "slope_rad_per_Nm", ARCSEC)
+CURVE_FILED = (KNOTS_FILED, SLOPES_FILED)
 
 
 @dataclass
