@@ -580,6 +580,9 @@ def test_bash_completes_commands_options_and_files(
     assert "--torque" in complete("lostmotion", "predict", "--to")
     assert complete("lostmotion", "predict", "bou") == {"bought.toml"}
     assert "zsh" in complete("lostmotion", "completion", "z")
+    (tmp_path / "bolts").mkdir()
+    assert complete("lostmotion", "drawing", "-o", "bo") == {"bolts"}
+    assert "bought.toml" in complete("lostmotion", "calibrate", bought_file, "bo")
 
 
 @pytest.mark.parametrize("option", ["--plan", "--effects"])

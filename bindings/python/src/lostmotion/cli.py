@@ -27,9 +27,6 @@ SIGNALLED = 128
 PLACES = ("output", "json", "report", "table", "save-evidence")
 """Options for output files."""
 
-FOLDER_WRITERS = ("design", "demo")
-"""Commands whose output is a folder, not one file."""
-
 RECORDINGS = (".csv", ".csv.gz", ".gz", ".parquet", ".tsv", ".txt", ".npz", ".npy", ".log")
 """Suffixes of files in a folder that may be read as recordings."""
 
@@ -189,7 +186,7 @@ def check_places(arguments: argparse.Namespace) -> None:
         file = getattr(arguments, option.replace("-", "_"), None)
         if file is None or (option, file) == ("json", "-"):
             continue
-        if option == "output" and arguments.command in FOLDER_WRITERS:
+        if option == "output" and arguments.writes_folder:
             continue  # checked by the command, which knows the files of the folder
         check_place(f"--{option}", file)
         read = is_input(file, inputs, RECORDINGS)

@@ -6,14 +6,11 @@ import argparse
 
 import shtab
 
-from lostmotion.commands.parser import make_parser
+from lostmotion.commands.parser import FOLDER, make_parser
 from lostmotion.terminal import deliver
 
-FILES = ("DRIVE", "DATA", "LOG", "PLAN", "OPTIONS", "FILE", "FITTED", "SPEC", "EVIDENCE")
+FILES = ("DRIVE", "DATA", "LOG", "PLAN", "OPTIONS", "FILE", "FITTED", "SHEET", "SPEC", "EVIDENCE")
 """Beginnings of the names of arguments that are files."""
-
-FOLDERS = ("DIR", "RUN")
-"""Names of arguments that are folders."""
 
 
 def run_completion(arguments: argparse.Namespace) -> None:
@@ -44,7 +41,7 @@ def mark_places(parser: argparse.ArgumentParser) -> None:
                 mark_places(command)
             continue
         name = str(action.metavar)
-        if name in FOLDERS:
+        if name == FOLDER:
             action.complete = shtab.DIRECTORY  # type: ignore[attr-defined]
         elif name.startswith(FILES):
             action.complete = shtab.FILE  # type: ignore[attr-defined]

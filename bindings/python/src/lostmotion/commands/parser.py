@@ -23,6 +23,9 @@ SHELLS = ("bash", "zsh", "tcsh", "fish", "powershell")
 PROGRESS = ("bar", "json", "none")
 SIDES = ("output", "input")
 
+FOLDER = "FOLDER"
+"""Displayed name of an argument that is a folder."""
+
 
 class Version(argparse._VersionAction):
     """The option that prints the version, which is determined only on use."""
@@ -186,12 +189,17 @@ class Command:
     example: str
     arguments: tuple[Argument, ...]
 
+    @property
+    def writes_folder(self) -> bool:
+        """Whether its output is a folder, not one file."""
+        return any("--output" in names and o["metavar"] == FOLDER for names, o in self.arguments)
+
 
 COMMANDS = (
     Command(
         "new",
         "new",
-        "A drive file of textbook proportions, every key with its range and meaning.",
+        "Write a drive file of textbook proportions, every key with its range and meaning.",
         "size-20 ratio-100 discs -o drive.toml",
         (
             argument(
@@ -207,7 +215,7 @@ COMMANDS = (
     Command(
         "predict",
         "predict",
-        "The torsion curve and its five contributions.",
+        "Predict the torsion curve and its five contributions.",
         "drive.toml --torque -40:40:81 --json prediction.json",
         (
             drive("drive file, or several for one table", nargs="+"),
@@ -247,7 +255,7 @@ COMMANDS = (
     Command(
         "calibrate",
         "calibrate",
-        "Support constants that give a drawing the torsion curve of a data sheet or a fit.",
+        "Find support constants that give a drawing the torsion curve of a data sheet or a fit.",
         "drive.toml sheet.toml -o calibrated.toml",
         (
             drive("drive file with a [design]: the drawing"),
@@ -268,19 +276,20 @@ COMMANDS = (
     Command(
         "drawing",
         "drawing",
-        "Tooth profiles with root fillets as CSV and DXF in mm, and the gear data table of a "
-        "drawing.",
+        "Write tooth profiles with root fillets as CSV and DXF in mm, and the gear data table of "
+        "a drawing.",
         "drive.toml -o drawing",
         (
             drive("drive file with a [design]"),
-            output("FOLDER", "a new folder"),
+            output(FOLDER, "a new folder"),
             argument("--csv-only", action="store_true", help="do not write DXF, which needs ezdxf"),
         ),
     ),
     Command(
         "clearances",
         "predict",
-        "Side clearances of every tooth in both directions, with contact radius and interference.",
+        "List side clearances of every tooth in both directions, with contact radius and "
+        "interference.",
         "drive.toml --angles-deg -10,0,10,20",
         (
             drive("drive file with a [design]"),
@@ -291,7 +300,7 @@ COMMANDS = (
     Command(
         "compare",
         "compare",
-        "Model against measurement: where it fits and where it fails.",
+        "Compare the model with recordings: where it fits and where it fails.",
         "drive.toml recordings/ --map POSITION=lost_motion_rev",
         (
             *INPUTS,
@@ -315,7 +324,7 @@ COMMANDS = (
     Command(
         "characterize",
         "characterize",
-        "A drive file and the standard figures from recordings alone, without a data sheet.",
+        "Find the standard figures and a drive file from recordings alone, without a data sheet.",
         "recordings/ --ratio 100 --rated-torque-Nm 67 -o drive.toml",
         (
             *data(what="recordings, or folders of them; a drive file (.toml) to compare with"),
@@ -335,7 +344,7 @@ COMMANDS = (
     Command(
         "diagnose",
         "discover",
-        "Which physical effect is missing.",
+        "Identify the missing physical effect.",
         "drive.toml recordings/ --json diagnosis.json",
         (
             *INPUTS,
@@ -365,7 +374,7 @@ COMMANDS = (
     Command(
         "fit",
         "discover",
-        "Refit with effects added; prints how the error falls.",
+        "Refit with effects added; print how the error falls.",
         "drive.toml recordings/ --add thermal_gap -o fitted.toml",
         (
             *INPUTS,
@@ -375,7 +384,7 @@ COMMANDS = (
                 help="effect to add; repeat the option for several",
             ),
             FRICTION,
-            output("FITTED.toml", "drive file"),
+            output("FITTED.toml", "drive file to write"),
             effects(),
             REPORT,
         ),
@@ -383,7 +392,7 @@ COMMANDS = (
     Command(
         "effects",
         "discover",
-        "The library of effects, one of them, or a template of your own (effects new NAME).",
+        "List the library of effects, describe one, or write a template of your own (new NAME).",
         "thermal_gap",
         (
             argument("name", metavar="NAME", nargs="*", help="an effect; or: new NAME"),
@@ -394,21 +403,21 @@ COMMANDS = (
     Command(
         "check",
         "discover",
-        "Whether the recordings are sound, and which effects this plan can separate.",
+        "Check whether recordings are sound, and list the effects that these runs can separate.",
         "recordings/",
         (*data(), RATIO),
     ),
     Command(
         "forecast",
         "discover",
-        "Before measuring: which effects a plan would find, and which it could not separate.",
+        "Forecast which effects a planned campaign would find, and which it could not separate.",
         "drive.toml plan.csv",
         (drive(), *data("PLAN", "planned runs, as recordings"), effects()),
     ),
     Command(
         "next",
         "discover",
-        "Which run to do next to decide between the effects that are still open.",
+        "Select the run to record next to decide between the effects that are still open.",
         "drive.toml recordings/ --plan options.csv",
         (
             *INPUTS,
@@ -431,7 +440,7 @@ COMMANDS = (
             argument(
                 "spec", metavar="SPEC.toml", help="search spec: variables, limits and objectives"
             ),
-            output("RUN", "folder for the search and its results"),
+            output(FOLDER, "folder for the search and its results"),
             argument("--resume", action="store_true", help="continue the search in the folder"),
             argument("--workers", metavar="N", help="threads (default: as in the spec, or all)"),
             argument("--dask", metavar="tcp://HOST:PORT", help="run on a Dask cluster"),
@@ -445,7 +454,8 @@ COMMANDS = (
     Command(
         "export",
         "export",
-        "Parameters for the controller, as a C header or a binary blob; the drive as an FMU.",
+        "Write parameters for the controller, as a C header or a binary blob; or the drive as an "
+        "FMU.",
         "drive.toml -o params.h --set period_us=500",
         (
             drive(),
@@ -492,7 +502,7 @@ COMMANDS = (
     Command(
         "workbench",
         "workbench",
-        "The same functions in a local web page.",
+        "Open the same functions in a local web page.",
         "drive.toml recordings/",
         (
             argument("drive", metavar="DRIVE", nargs="?", help="drive file"),
@@ -501,7 +511,7 @@ COMMANDS = (
             argument("--no-browser", action="store_true", help="print the address only"),
             repeated(
                 "--root",
-                metavar="FOLDER",
+                metavar=FOLDER,
                 help="folder that design searches may write to; repeat the option for several "
                 "(default: this folder)",
             ),
@@ -513,13 +523,13 @@ COMMANDS = (
     Command(
         "demo",
         "demo",
-        "One joint from its recordings to an emulated controller, and three design searches.",
+        "Take one joint from its recordings to an emulated controller; run three design searches.",
         "-o demo",
         (
             argument(
                 "-o",
                 "--output",
-                metavar="DIR",
+                metavar=FOLDER,
                 default="demo",
                 help="folder to write to (default: demo)",
             ),
@@ -528,7 +538,7 @@ COMMANDS = (
     Command(
         "completion",
         "completion",
-        "A script that completes commands, options and files with TAB.",
+        "Print a script that completes commands, options and files with TAB.",
         "bash > ~/.local/share/bash-completion/completions/lostmotion",
         (argument("shell", metavar="SHELL", choices=SHELLS, help="one of " + ", ".join(SHELLS)),),
     ),
@@ -552,7 +562,10 @@ def make_parser() -> argparse.ArgumentParser:
             epilog=f"example: lostmotion {command.name} {command.example}",
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )
-        added.set_defaults(run=f"lostmotion.commands.{command.module}:run_{command.name}")
+        added.set_defaults(
+            run=f"lostmotion.commands.{command.module}:run_{command.name}",
+            writes_folder=command.writes_folder,
+        )
         added.add_argument(
             "--json", metavar="FILE", help="write the answer as JSON; - for standard output"
         )
