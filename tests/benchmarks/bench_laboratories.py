@@ -44,7 +44,7 @@ SIZES = (0.0, 1.0, 2.0)
 FORM = "hysteresis form"
 """Shape in a verdict that reports another form of hysteresis than the baseline model's."""
 
-OF_LAW = {"load": {"load_dependent_friction"}}
+OF_LAW = {"load": {"load_dependent_friction"}, "lugre": {"rate_dependent_friction"}}
 """Effects that are the law of friction itself: naming them is right whatever is hidden."""
 
 INTRO = """# Independent laboratories

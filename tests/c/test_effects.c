@@ -134,6 +134,11 @@ static void twins_are_other_effects(void) {
   }
 }
 
+/* What an effect returns where it does nothing: a width is a factor. */
+static lm_real nothing_of(const lm_effect *effect) {
+  return LM_REAL(effect->kind == LM_EFFECT_WIDTH);
+}
+
 /* With all linear values zero an effect is off under all conditions. */
 static void without_amplitude_an_effect_is_nothing(void) {
   int i;
@@ -152,7 +157,7 @@ static void without_amplitude_an_effect_is_nothing(void) {
     for (trial = 0; linear > 0 && trial < 50; ++trial) {
       draw_conditions();
       if (effect != &lm_effect_lobe_eccentricity) {
-        TEST_ASSERT_TRUE(effect->run(value, memory, &at) == 0);
+        TEST_ASSERT_TRUE(effect->run(value, memory, &at) == nothing_of(effect));
       }
     }
   }
@@ -181,7 +186,10 @@ static void linear_values_are_linear(void) {
     memset(memory, 0, sizeof memory);
     for (trial = 0; trial < 20; ++trial) {
       draw_conditions();
-      TEST_ASSERT_TRUE(2 * effect->run(once, memory, &at) == effect->run(twice, other, &at));
+      lm_real single = effect->run(once, memory, &at) - nothing_of(effect);
+      lm_real both = effect->run(twice, other, &at) - nothing_of(effect);
+      TEST_ASSERT_TRUE(2 * single == both ||
+                       fabs((double)(2 * single - both)) < OF_EFFECT * (double)nothing_of(effect));
     }
   }
 }
@@ -488,6 +496,32 @@ static void a_jump_fades_with_the_lag(void) {
   assert_near(-1e-3 * exp(-0.5), lm_effect_sensor_lag.run(lag_s, memory, &at));
 }
 
+/* At rest the friction is whole; on a ramp of the Stribeck rate it falls by 1 - 1/e of the share,
+ * in either direction; and noise of single samples within the smoothing time does not matter. */
+static void friction_falls_with_the_rate(void) {
+  static const lm_real value[] = {LM_REAL(0.25), 4, LM_REAL(0.05)};
+  const lm_effect *effect = &lm_effect_rate_dependent_friction;
+  lm_real noisy[16] = {0};
+  lm_real factor = 0;
+  int side;
+  int i;
+  for (side = -1; side <= 1; ++side) {
+    memset(memory, 0, sizeof memory);
+    at.elapsed_s = LM_REAL(0.0078125); /* 2^-7 */
+    for (i = 0; i < 400; ++i) {
+      at.torque_Nm = LM_REAL(0.03125) * LM_REAL(i * side);
+      factor = effect->run(value, memory, &at);
+      TEST_ASSERT_TRUE(i > 0 || factor == 1);
+    }
+    assert_near(side ? 1 - 0.25 * (1 - exp(-1)) : 1, factor);
+  }
+  for (i = 0; i < 400; ++i) {
+    at.torque_Nm = LM_REAL(0.001) * LM_REAL(i % 2);
+    factor = effect->run(value, noisy, &at);
+    TEST_ASSERT_TRUE(factor > LM_REAL(0.999));
+  }
+}
+
 static void ratcheting_counts_every_peak_once_and_stays(void) {
   static const lm_real value[] = {240, LM_REAL(0.0311)};
   static const lm_real torque_Nm[] = {0, 239, 241, 260, 235, 241, 0, -300, -250, 0, 250};
@@ -588,8 +622,7 @@ static void unknown_conditions_switch_the_effects_off(void) {
     /* An effect of an angle keeps its value at zero: no angle means that there is none. */
     if (!(effect->covariates & (LM_NEEDS_INPUT_ANGLE | LM_NEEDS_OUTPUT_ANGLE)) &&
         effect != &lm_effect_torque_offset) {
-      TEST_ASSERT_TRUE(effect->run(typical, memory, &unknown) ==
-                       (effect->kind == LM_EFFECT_WIDTH ? 1 : 0));
+      TEST_ASSERT_TRUE(effect->run(typical, memory, &unknown) == nothing_of(effect));
     }
   }
 }
@@ -613,6 +646,7 @@ int main(void) {
   RUN_TEST(sensor_lag_shifts_a_ramp);
   RUN_TEST(a_lag_below_one_sample_is_seen_in_full);
   RUN_TEST(a_jump_fades_with_the_lag);
+  RUN_TEST(friction_falls_with_the_rate);
   RUN_TEST(ratcheting_counts_every_peak_once_and_stays);
   RUN_TEST(a_bound_rounded_to_binary32_is_within);
   RUN_TEST(values_out_of_bounds_are_refused_by_name);

@@ -62,7 +62,7 @@ def test_commands_about_effects_recordings_and_plans(tmp_path, capsys, monkeypat
     drive.write_text(DRIVE)
     write(campaign(), data)
     assert main(["effects"]) == 0
-    assert len(capsys.readouterr().out.splitlines()) == 27
+    assert len(capsys.readouterr().out.splitlines()) == 28
     assert main(["effects", "wear"]) == 0
     assert "cycles" in capsys.readouterr().out
     assert main(["effects", "wera"]) == 2

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -14,7 +15,7 @@ from lostmotion.effects.conditions import Conditions
 from lostmotion.fit import held_out
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.held_out import held_out_residual
-from lostmotion.fit.terms import Term
+from lostmotion.fit.terms import Additive, Term
 
 RUNS = 9
 
@@ -25,6 +26,12 @@ def worn_gap(columns, wound):
 
 
 def worn() -> BaselineModel:
+    """A copy of `fitted`."""
+    return fitted().copy()
+
+
+@cache
+def fitted() -> BaselineModel:
     """A fitted baseline model with wear in three runs, each with more than the one before."""
     data = campaign(5, RUNS)
     for run, cycles in zip(data.runs, [0.0] * (RUNS - 3) + [2e4, 1e5, 1.5e6], strict=True):
@@ -76,3 +83,15 @@ def test_a_step_alone_misleads_where_a_run_is_extrapolated(monkeypatch):
     most_worn = RUNS - 1
     assert step[most_worn] < 0.9 * truth[most_worn]
     assert step[:most_worn] == pytest.approx(truth[:most_worn], rel=0.1)
+
+
+def test_a_run_with_an_event_that_no_other_has_is_predicted():
+    base = worn()
+    before = by_run(held_out_residual(base), base)
+    start, end = base.conditions.starts[3:5]
+    step = np.zeros((base.conditions.rows, 1))
+    step[(start + end) // 2 : end] = 1.0
+    base.measured = base.measured + 40.0 * step[:, 0]
+    base.additives.append(Additive("step", step, np.full(1, 39.0)))  # the fit has not converged
+    found = by_run(held_out_residual(base, refits=False), base)
+    assert found[3] < 1.5 * before[3] + 1.0

@@ -21,6 +21,7 @@
   EFFECT(output_eccentricity)     \
   EFFECT(output_tilt)             \
   EFFECT(ratcheting)              \
+  EFFECT(rate_dependent_friction) \
   EFFECT(sensor_lag)              \
   EFFECT(soft_windup)             \
   EFFECT(stiffening)              \

@@ -93,7 +93,8 @@ typedef enum lm_effect_kind {
 
 /* Role of a value in a fit. */
 typedef enum lm_value_role {
-  LM_VALUE_LINEAR = 0, /* the result is proportional to it while the other linear values are zero */
+  LM_VALUE_LINEAR = 0, /* the result, of a width its difference from 1, is proportional to it while
+                          the other linear values are zero */
   LM_VALUE_SHAPE = 1,  /* enters nonlinearly */
   LM_VALUE_GIVEN = 2,  /* known property of the drive (its ratio, for example), not estimated */
   LM_VALUE_FIXED = 3   /* a saturation limit that selects a branch: fixed, not estimated */

@@ -8,7 +8,7 @@
  *                        GAP   STANDARD   FULL
  * LM_CURVE_POINTS_MAX     16         33     64   knots of the torsion curve
  * LM_PLAYS_MAX             1          8     16   play operators (memory of the load history)
- * LM_EFFECTS_MAX           0          0     27   active secondary effects
+ * LM_EFFECTS_MAX           0          0     28   active secondary effects
  * LM_EFFECT_MEMORY_MAX     0          0     32   memory of all active effects, in numbers
  * LM_ENVELOPE              0          1      1   1: operators can follow an envelope (play.h)
  *
@@ -71,7 +71,7 @@
 
 #ifndef LM_EFFECTS_MAX
 #if LM_PROFILE == LM_PROFILE_FULL
-#define LM_EFFECTS_MAX 27 /* 0 to 64: active effects */
+#define LM_EFFECTS_MAX 28 /* 0 to 64: active effects */
 #else
 #define LM_EFFECTS_MAX 0
 #endif

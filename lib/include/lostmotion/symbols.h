@@ -1,9 +1,9 @@
 /* Symbols that contain the precision and the sizes. A program compiled with other values than its
  * library would pass structs of a different size; with these symbols it does not link:
  *
- *     undefined reference to `lm_start_compensator_3_64_16_27_32_1_f32'
+ *     undefined reference to `lm_start_compensator_3_64_16_28_32_1_f32'
  *
- * is a program built with profile 3 (full), 64 knots, 16 operators, 27 effects, 32 numbers of
+ * is a program built with profile 3 (full), 64 knots, 16 operators, 28 effects, 32 numbers of
  * effect memory and the envelope; the symbol in the library shows its own configuration. The
  * functions concerned are those that fill a struct of the caller before any other function reads
  * it. The code does not grow.

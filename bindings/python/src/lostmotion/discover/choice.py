@@ -98,14 +98,16 @@ def choose_among(
     selected = best_of(current, effects, shape)
     step = Step(current, results, selected, contenders, least_arcsec=limits.effect)
     if selected is not None and selected.candidate.named:
-        names = {c.name for c in confirmed}
+        names, first = {c.name for c in confirmed}, of_form(current, selected.name)
+        law = imitates_law(current, selected.name)
         large = [
             result
             for result in results
-            if (result.name in names and (result not in apart) is of_form(current, selected))
+            if (result.name in names and of_form(current, result.name) is first)
+            or (result.name in names and law and imitates_law(current, result.name))
             or (
                 result in apart
-                and not of_form(current, selected)
+                and not first
                 and result.name not in rejected
                 and limits.meets(current, result, current.size_of(result))
             )
@@ -115,10 +117,16 @@ def choose_among(
     return step
 
 
-def of_form(current: ContestRound, contender: Contender) -> bool:
+def of_form(current: ContestRound, name: str) -> bool:
     """Whether a candidate is confounded with the form error."""
-    candidate = current.candidates.get(contender.name)
+    candidate = current.candidates.get(name)
     return candidate is not None and candidate.of_form
+
+
+def imitates_law(current: ContestRound, name: str) -> bool:
+    """Whether an effect is another law of friction, or depends on the load alone as such a law."""
+    candidate = current.candidates.get(name)
+    return candidate is not None and candidate.named and candidate.hangs_on_load_alone
 
 
 def try_shortlist(
@@ -280,8 +288,8 @@ def best_of(
 
     A shape that is clearly better than these competes with the other effects.
     """
-    forms = [c for c in effects if of_form(current, c)]
-    for group in (forms, [c for c in effects if not of_form(current, c)]):
+    forms = [c for c in effects if of_form(current, c.name)]
+    for group in (forms, [c for c in effects if not of_form(current, c.name)]):
         selected = effect_or_shape(current, simplest(group), shape)
         if selected is not None and selected.candidate.named:
             return selected

@@ -39,7 +39,6 @@ from lostmotion.discover.linearise import Settled, noise_rms, plain_of, plain_rm
 from lostmotion.discover.measurement_noise import estimate_noise
 from lostmotion.discover.refits import fit_with, refit, refitted, sharpen, without_deviations
 from lostmotion.discover.selection import select
-from lostmotion.discover.shortlist import strongest
 from lostmotion.discover.terms import beyond_form, term_passes, term_size
 from lostmotion.effects.effect import Effect
 from lostmotion.evidence.contest import Result
@@ -361,7 +360,9 @@ class RecordedModel(GrowingModel):
             for result in judge_all(self.formless)
             if accepted(result, corrected_for(current, self.formless.candidates[result.name]))
         ]
-        return leads + strongest([Lead(self.formless, result, None) for result in found])
+        # All of them imitate each other: a tangent does not tell which one leaves no form error.
+        strong = found[: rules.REFITS_NAMED]
+        return leads + [Lead(self.formless, result, None) for result in strong]
 
     def unjudged(
         self, current: ContestRound, results: list[Result], leads: list[Lead]

@@ -106,6 +106,12 @@ class LeftOut:
         normal = self.whole - self.gram[group].sum(axis=0)
         return kept, normal[np.ix_(kept, kept)]
 
+    def determined_without(self, group: Sequence[int]) -> npt.NDArray[np.bool_]:
+        """Whether the pieces outside a group determine each unknown; a sudden event is in one."""
+        seen = np.einsum("kii->ki", self.gram)
+        every = seen.sum(axis=0)
+        return np.asarray(every - seen[group].sum(axis=0) > RIDGE * every)
+
     def step_without(self, group: Sequence[int]) -> FloatArray:
         """Step of the unknowns, in units of their columns, to the optimum of the other pieces."""
         # The gradient of a fit to all is zero: that of the others is minus that of the left-out
@@ -114,6 +120,8 @@ class LeftOut:
         least, most = self.least[kept], self.most[kept]
         step = np.zeros(self.norm.size)
         right = -self.slope[group].sum(axis=0)[kept]
+        # A fit that has not quite converged leaves a slope for what these pieces alone determine.
+        right[~self.determined_without(group)[kept]] = 0.0
         step[kept] = np.clip(solve_within(normal, right, least, most), least, most)
         return step
 
