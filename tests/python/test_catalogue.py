@@ -146,7 +146,7 @@ def test_a_preloaded_drive_is_called_one(bought: dict[str, Any]) -> None:
 
 def test_the_answer_states_that_it_is_an_estimate(bought: dict[str, Any]) -> None:
     text = " ".join(predict(parse_drive(bought), [1.0, 2.0])["assumptions"])
-    for word in ("65%", "34%", "1%", "guaranteed", "Tolerances and engaged teeth"):
+    for word in ("65 %", "34 %", "1 %", "guaranteed", "Tolerances and engaged teeth"):
         assert word in text
 
 

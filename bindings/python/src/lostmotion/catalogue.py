@@ -153,8 +153,9 @@ class Catalogue:
             "the same for both directions.",
             "side_clearance is the excess of the curve over its final straight line, phi(T) - T / "
             "K3, while clearances close.",
-            f"The straight line T / K3 is split {TORSION_SHARE:.0%} torsion, {RADIAL_SHARE:.0%} "
-            f"radial compliance, {TOOTH_SHARE:.0%} tooth bending, as in a reference design "
+            "The straight line T / K3 is split into "
+            f"{100 * TORSION_SHARE:.0f} % torsion, {100 * RADIAL_SHARE:.0f} % "
+            f"radial compliance, {100 * TOOTH_SHARE:.0f} % tooth bending, as in a reference design "
             "calibrated to size 20, ratio 100.",
         ]
         if self.K1_Nm_per_rad > self.K3_Nm_per_rad:

@@ -111,10 +111,9 @@ def alike_figure(step: Step) -> Chart | None:
         "angles",
         "Which effects are confounded in these runs",
         "Angle in degrees between the contributions of two effects, after removing what the "
-        "baseline model and the run-to-run scatter absorb: 90 means independent, below "
-        f"{rules.TWIN_DEG:g} runs like these do not separate them, however many there are. The "
-        "strongest "
-        f"{len(chosen)} are shown.",
+        "baseline model and the run-to-run scatter absorb. At 90° they are independent; below "
+        f"{rules.TWIN_DEG:g}° runs like these do not separate them, however many there are. The "
+        f"strongest {len(chosen)} are shown.",
         lambda: [draw_alike([words(n) for n in chosen], angle)],
         {
             "effect": [chosen[i] for i, _ in pairs],
