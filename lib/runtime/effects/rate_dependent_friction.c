@@ -45,5 +45,5 @@ const lm_effect lm_effect_rate_dependent_friction = {
     LAG_MEMORY,
     LM_NEEDS_TORQUE | LM_NEEDS_TIME,
     run,
-    {{LM_REAL(-1), LM_REAL(0.5)}, {LM_REAL(1e-3), LM_REAL(1e6)}, {LM_REAL(1e-3), LM_REAL(10)}},
+    {{0, LM_REAL(0.5)}, {LM_REAL(1e-3), LM_REAL(1e6)}, {LM_REAL(1e-3), LM_REAL(10)}},
     LM_EFFECT_CARD(card)};
