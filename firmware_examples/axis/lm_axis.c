@@ -30,9 +30,9 @@ static void forget_standstill(lm_axis *a) {
 }
 
 static void take_parameters(lm_axis *a, const lm_parameters *parameters) {
-  a->period_s = parameters->limits.period_s;
-  a->stand_s = LM_AXIS_STAND / parameters->limits.response_per_s;
-  a->share = FILTER * parameters->limits.response_per_s * a->period_s;
+  a->follow.period_s = parameters->limits.period_s;
+  a->follow.stand_s = LM_AXIS_STAND / parameters->limits.response_per_s;
+  a->share = FILTER * parameters->limits.response_per_s * a->follow.period_s;
   a->rang = 0;
 }
 
@@ -97,7 +97,7 @@ static float follow_zero(lm_axis *a, float commanded_Nm) {
   } else if (a->command_jumps > 0) {
     a->beyond_Nm = a->torque_Nm - commanded_Nm - a->jump_Nm;
   }
-  a->command_jumps = size(a->late_rad) >= LM_AXIS_STILL_RAD ? a->command_jumps - 1 : 0;
+  a->command_jumps = size(a->follow.late_rad) >= LM_FOLLOW_NEAR_RAD ? a->command_jumps - 1 : 0;
   if (a->state != LM_AXIS_CLOSED && a->jump_Nm != 0) {
     a->feed_off_Nm += a->jump_Nm;
     a->jump_Nm = 0;
@@ -144,8 +144,8 @@ float lm_axis_use_sensor(lm_axis *a, float commanded_Nm, float sensed_Nm) {
     return commanded_Nm;
   }
   commanded_Nm = follow_zero(a, commanded_Nm);
-  a->lost_s = finite ? 0 : a->lost_s + a->period_s;
-  if (a->lost_s >= a->stand_s) {
+  a->lost_s = finite ? 0 : a->lost_s + a->follow.period_s;
+  if (a->lost_s >= a->follow.stand_s) {
     change_source(a, LM_AXIS_COMMAND, commanded_Nm);
   } else if (finite) {
     change_source(a, LM_AXIS_SENSOR, commanded_Nm);
@@ -168,7 +168,7 @@ float lm_axis_use_current(lm_axis *a, const lm_motor *motor, float commanded_Nm,
     return commanded_Nm;
   }
   commanded_Nm = follow_zero(a, commanded_Nm);
-  a->released_s = bears ? a->released_s + a->period_s : 0;
+  a->released_s = bears ? a->released_s + a->follow.period_s : 0;
   if (a->released_s < LM_AXIS_RELEASE_S) {
     change_source(a, LM_AXIS_COMMAND, commanded_Nm);
   } else if (a->source != LM_AXIS_CURRENT) {
@@ -215,59 +215,16 @@ static lm_axis_wait judge_standstill(lm_axis *a, float motor_over_ratio_rad) {
     a->stood_at_rad = motor_over_ratio_rad;
     forget_standstill(a);
   }
-  return moves                     ? LM_AXIS_WAITS_MOTOR
-         : missing                 ? LM_AXIS_WAITS_CONDITION
-         : a->stood_s < a->stand_s ? LM_AXIS_WAITS_STAND
-                                   : LM_AXIS_READY;
-}
-
-/* A difference between planner and command that is too small to be a shift of the zero: it ends
- * within stand_s, without a step. */
-static float end_slowly(const lm_axis *a, float difference_rad) {
-  const float step_rad = LM_AXIS_STILL_RAD * a->period_s / a->stand_s;
-  return size(difference_rad) >= LM_AXIS_STILL_RAD ? difference_rad
-         : size(difference_rad) <= step_rad        ? 0
-         : difference_rad < 0                      ? difference_rad + step_rad
-                                                   : difference_rad - step_rad;
-}
-
-/* The planner may shift some ticks after the zero: of the wish and the shifted wish, the one nearer
- * to the continued command is meant. The wrong one of two that are nearly equal is a step of at most
- * twice the change of the planner's own rate. Returns 0 and follows neither if it is neither: a step
- * of the wish, or an interpolator that makes a ramp of the shift. A wish that is missing: the
- * command continues for LM_AXIS_LOST_TICKS. */
-static int follow(lm_axis *a, float wish_rad) {
-  const int shifts = size(a->late_rad) >= LM_AXIS_STILL_RAD;
-  const float most_rad = shifts ? LM_AXIS_STILL_RAD : LM_AXIS_STEP_RAD_S * a->period_s;
-  const float before_rad = a->command_rad;
-  const float begun_rad = wish_rad + a->begin_rad;
-  const float off_rad = begun_rad - before_rad - a->moved_rad;
-  const float shifted_rad = off_rad + a->late_rad;
-  a->rested_s = size(wish_rad - a->wish_rad) <= 0 ? a->rested_s + a->period_s : 0;
-  a->wishless_ticks = is_known(wish_rad) ? 0 : a->wishless_ticks + 1;
-  if (a->wishless_ticks > LM_AXIS_LOST_TICKS ||
-      (size(off_rad) >= most_rad && size(shifted_rad) >= most_rad)) {
-    return 0;
-  }
-  if (a->wishless_ticks > 0) {
-    a->command_rad += a->moved_rad;
-    return 1;
-  }
-  if (size(shifted_rad) >= size(off_rad)) {
-    a->late_rad = 0;
-  }
-  a->command_rad = begun_rad + a->late_rad;
-  a->wish_rad = wish_rad;
-  a->begin_rad = end_slowly(a, a->begin_rad);
-  a->late_rad = end_slowly(a, a->late_rad);
-  a->moved_rad = a->command_rad - before_rad;
-  return 1;
+  return moves                            ? LM_AXIS_WAITS_MOTOR
+         : missing                        ? LM_AXIS_WAITS_CONDITION
+         : a->stood_s < a->follow.stand_s ? LM_AXIS_WAITS_STAND
+                                          : LM_AXIS_READY;
 }
 
 /* The last temperature that was measured. A drive that is closed follows it no faster than it can
  * warm: a thermometer that returns moves nothing. */
 static float keep_temperature(lm_axis *a, float temperature_C) {
-  const float most_K = LM_AXIS_WARMING_K_S * a->period_s;
+  const float most_K = LM_AXIS_WARMING_K_S * a->follow.period_s;
   const float off_K = temperature_C - a->temperature_C;
   if (a->state == LM_AXIS_CLOSED && size(off_K) > most_K) {
     a->temperature_C += off_K < 0 ? -most_K : most_K;
@@ -280,6 +237,7 @@ static float keep_temperature(lm_axis *a, float temperature_C) {
 float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_rad, float wish_rad,
                    int follows) {
   lm_conditions now = *at;
+  int begins;
   if (a->state == LM_AXIS_OFF) {
     a->waits = LM_AXIS_WAITS_START;
     return a->setpoint_rad;
@@ -290,11 +248,11 @@ float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_r
   }
   now.temperature_C = keep_temperature(a, at->temperature_C);
   a->correction = lm_step_compensator(&a->compensator, &now);
-  a->closing_s = a->asked_to_close ? a->closing_s + a->period_s : 0;
+  a->closing_s = a->asked_to_close ? a->closing_s + a->follow.period_s : 0;
   a->asked_to_close = 0;
   a->lost_ticks = is_known(motor_over_ratio_rad) ? 0 : a->lost_ticks + 1;
-  if (a->state == LM_AXIS_CLOSED &&
-      !(follows && a->lost_ticks <= LM_AXIS_LOST_TICKS && follow(a, wish_rad))) {
+  if (a->state == LM_AXIS_CLOSED && !(follows && a->lost_ticks <= LM_FOLLOW_LOST_TICKS &&
+                                      lm_follow_wish(&a->follow, &a->command_rad, wish_rad))) {
     a->state = LM_AXIS_PAUSED;
     forget_standstill(a);
   }
@@ -302,6 +260,7 @@ float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_r
   judge_ringing(a);
   if (a->state == LM_AXIS_CLOSED) {
     a->waits = LM_AXIS_READY;
+    a->moved_rad = a->follow.moved_rad;
     a->setpoint_rad = a->command_rad - a->zero_rad + a->correction.correction_rad;
     return a->setpoint_rad;
   }
@@ -312,18 +271,13 @@ float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_r
     a->setpoint_rad = motor_over_ratio_rad; /* no position error */
   }
   a->command_rad = lm_axis_reported(a, a->setpoint_rad);
-  a->rested_s = size(wish_rad - a->command_rad) < LM_AXIS_STILL_RAD ? a->rested_s + a->period_s : 0;
+  begins = lm_follow_waits(&a->follow, a->command_rad, wish_rad);
   if (a->state == LM_AXIS_PAUSED && a->waits == LM_AXIS_READY) {
-    a->waits = a->source_waits                 ? LM_AXIS_WAITS_SOURCE
-               : !follows                      ? LM_AXIS_WAITS_DRIVE
-               : a->rested_s >= LM_AXIS_REST_S ? LM_AXIS_READY
-                                               : LM_AXIS_WAITS_PLANNER;
-    if (a->waits == LM_AXIS_READY) {
-      a->state = LM_AXIS_CLOSED;
-      a->wish_rad = wish_rad;
-      a->begin_rad = a->command_rad - wish_rad;
-      a->late_rad = 0;
-    }
+    a->waits = a->source_waits ? LM_AXIS_WAITS_SOURCE
+               : !follows      ? LM_AXIS_WAITS_DRIVE
+               : begins        ? LM_AXIS_READY
+                               : LM_AXIS_WAITS_PLANNER;
+    a->state = begins && a->waits == LM_AXIS_READY ? LM_AXIS_CLOSED : LM_AXIS_PAUSED;
   }
   return a->setpoint_rad;
 }
@@ -333,14 +287,14 @@ float lm_axis_rate(const lm_axis *a, float planned_rad_s) {
     return 0;
   }
   return a->correction.velocity_rad_s +
-         (is_known(planned_rad_s) ? planned_rad_s : a->moved_rad / a->period_s);
+         (is_known(planned_rad_s) ? planned_rad_s : a->moved_rad / a->follow.period_s);
 }
 
 lm_axis_wait lm_axis_close(lm_axis *a, int holds) {
   if (a->state != LM_AXIS_OPEN) {
     return a->state == LM_AXIS_OFF ? LM_AXIS_WAITS_START : LM_AXIS_READY;
   }
-  if (a->waits == LM_AXIS_READY && a->stood_s < a->stand_s) {
+  if (a->waits == LM_AXIS_READY && a->stood_s < a->follow.stand_s) {
     a->waits = LM_AXIS_WAITS_STAND; /* a change since the tick */
   }
   a->asked_to_close = 1;
@@ -361,7 +315,7 @@ lm_axis_wait lm_axis_pause(lm_axis *a) {
   if (a->state < LM_AXIS_PAUSED) {
     return a->state == LM_AXIS_OFF ? LM_AXIS_WAITS_START : LM_AXIS_WAITS_LOOP;
   }
-  if (a->state == LM_AXIS_CLOSED && a->rested_s < LM_AXIS_REST_S) {
+  if (a->state == LM_AXIS_CLOSED && a->follow.rested_s < LM_FOLLOW_REST_S) {
     return LM_AXIS_WAITS_PLANNER;
   }
   a->state = LM_AXIS_PAUSED;
@@ -411,11 +365,11 @@ float lm_axis_reference(lm_axis *a, float motor_over_ratio_rad, float angle_rad)
   }
   a->command_rad += shift_rad;
   a->zero_rad += shift_rad;
-  a->late_rad += shift_rad;
+  a->follow.late_rad += shift_rad;
   if (a->state != LM_AXIS_CLOSED) {
-    a->late_rad = 0;
+    a->follow.late_rad = 0;
   }
-  a->command_jumps = 1 + (int)(LM_AXIS_REST_S / a->period_s);
+  a->command_jumps = 1 + (int)(LM_FOLLOW_REST_S / a->follow.period_s);
   forget_standstill(a); /* a torque that is computed from the angle changes */
   return size(follows_rad) + lm_bound_uncertainty(&a->compensator);
 }
@@ -439,7 +393,7 @@ void lm_axis_turn(lm_axis *a, float by_rad) {
     a->setpoint_rad += by_rad;
     a->stood_at_rad += by_rad;
     a->command_rad += by_rad;
-    a->wish_rad += by_rad;
+    a->follow.wish_rad += by_rad;
   }
 }
 
@@ -455,7 +409,7 @@ lm_axis_wait lm_axis_power_down(lm_axis *a, lm_axis_kept *kept) {
   if (a->state != LM_AXIS_OPEN) {
     return a->state == LM_AXIS_OFF ? LM_AXIS_WAITS_START : LM_AXIS_WAITS_LOOP;
   }
-  if (a->stood_s < a->stand_s) {
+  if (a->stood_s < a->follow.stand_s) {
     return a->waits == LM_AXIS_READY ? LM_AXIS_WAITS_STAND : a->waits;
   }
   lm_save_compensator(&a->compensator, &kept->history);

@@ -9,7 +9,7 @@
 #ifndef LM_AXIS_H
 #define LM_AXIS_H
 
-#include "lostmotion/runtime.h"
+#include "lm_follow.h"
 
 /* Standstill of the correction before it matters that nothing moves, in units of
  * 1 / response_per_s: seven time constants of the filter of lm_axis_use_sensor and
@@ -17,9 +17,7 @@
  * filter of your own: more. */
 #define LM_AXIS_STAND 28.0f
 
-/* Motion of the braked motor in that time, at the output: more than an encoder's noise. The planner
- * has begun at command_rad if it differs by less; the difference ends within that time, without a
- * step. */
+/* Motion of the braked motor in that time, at the output: more than an encoder's noise. */
 #define LM_AXIS_STILL_RAD 1e-4f
 
 /* 5 turns of the output: one step of binary32 is 2e-6 rad (0.4 arcsec) there. */
@@ -27,17 +25,6 @@
 
 /* After the release of the brake the motor current is not used for this time. */
 #define LM_AXIS_RELEASE_S 1.0f
-
-/* The planner is at rest if its wish has not changed for this time: longer than its period. It has
- * begun if it was at command_rad for this time. */
-#define LM_AXIS_REST_S 0.02f
-
-/* So many ticks in succession may be without an angle of the motor or a wish, as usual drives
- * tolerate without a setpoint: the command continues. */
-#define LM_AXIS_LOST_TICKS 3
-
-/* Change of the wish's rate in a tick, at the output: more is no motion of a planner but a step. */
-#define LM_AXIS_STEP_RAD_S 2.0f
 
 /* A motor that is further from the setpoint is not held there: more than a position loop yields. */
 #define LM_AXIS_APART_RAD 0.01f
@@ -84,24 +71,18 @@ typedef struct lm_axis {
   float command_rad;        /* commanded output angle; the reported one unless LM_AXIS_CLOSED */
   float moved_rad;          /* change of the command in this tick, for lm_guess_torque */
   float feed_Nm;            /* external torque for the motor's feed-forward: - feed_Nm / ratio */
-  float zero_rad;  /* reported angle at motor_over_ratio_rad 0 and correction 0: store it */
-  float wish_rad;  /* last one */
-  float begin_rad; /* by which the command differed from the planner when it began */
-  float late_rad;  /* shift of the zero that the planner has not made yet */
+  float zero_rad;   /* reported angle at motor_over_ratio_rad 0 and correction 0: store it */
+  lm_follow follow; /* of the planner, with period and LM_AXIS_STAND in seconds */
   lm_mode mode;
   lm_standstill standstill;
-  float period_s;
-  float stand_s; /* LM_AXIS_STAND, in seconds */
   float stood_s;
   float stood_at_rad; /* of the motor, with the loop open */
   int rang;           /* LM_STATE_RINGING was set while the loop was closed */
   int begun;          /* first tick */
   int lost_ticks;     /* without an angle of the motor */
-  int wishless_ticks; /* without a wish */
   int asked_to_close; /* since the last tick */
   float closing_s;    /* for which lm_axis_close has been called */
   float temperature_C;
-  float rested_s; /* of the planner; unless LM_AXIS_CLOSED: at command_rad */
   int input_missing;
   lm_axis_source source; /* of the torque */
   int source_waits;      /* another one was requested in this tick */
@@ -166,13 +147,13 @@ float lm_axis_rate(const lm_axis *a, float planned_rad_s);
 /* Once in every period, in all states; after an overrun not twice; elapsed_s of the first one is
  * ignored. wish_rad: the output angle that the planner requests, a new one in every tick:
  * interpolate a slower planner. While the state is not LM_AXIS_CLOSED the planner is at rest at
- * command_rad, within LM_AXIS_STILL_RAD. In LM_AXIS_CLOSED the
- * axis is paused by a wish that steps (LM_AXIS_STEP_RAD_S), or is missing (not finite) for more than
- * LM_AXIS_LOST_TICKS. Returns the setpoint of the position loop, motor angle / signed
+ * command_rad, within LM_FOLLOW_NEAR_RAD. In LM_AXIS_CLOSED the
+ * axis is paused by a wish that steps (LM_FOLLOW_STEP_RAD_S), or is missing (not finite) for more than
+ * LM_FOLLOW_LOST_TICKS. Returns the setpoint of the position loop, motor angle / signed
  * ratio.
  *
  * follows: 1 while the drive reports that it follows the setpoint, and the brake has opened. With
- * 0, or motor_over_ratio_rad not finite for more than LM_AXIS_LOST_TICKS (lost bus), LM_AXIS_CLOSED
+ * 0, or motor_over_ratio_rad not finite for more than LM_FOLLOW_LOST_TICKS (lost bus), LM_AXIS_CLOSED
  * becomes LM_AXIS_PAUSED: the setpoint stays at once, also in motion. LM_AXIS_PAUSED lasts until it
  * is 1 and the angle is there. */
 float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_rad, float wish_rad,
@@ -195,7 +176,7 @@ void lm_axis_open(lm_axis *a);
  * not: another source of the torque, an input angle that becomes known, the end of a headroom.
  * Make the change between this call and the next tick. lm_axis_tick goes back to LM_AXIS_CLOSED by
  * itself, not while follows is 0: a monitored standstill. Refused until the planner has been at
- * rest for LM_AXIS_REST_S, and with the loop open. */
+ * rest for LM_FOLLOW_REST_S, and with the loop open. */
 lm_axis_wait lm_axis_pause(lm_axis *a);
 
 /* Another mode, other parameters. LM_AXIS_CLOSED is paused first, except for LM_MODE_HOLD, so that

@@ -10,7 +10,7 @@
 #define FAST_RAD 0.0005f /* a tick */
 #define STILL_RAD 2e-6f  /* 0.4 arcsec */
 #define ARRIVED_RAD 2e-5f
-#define NEAR_RAD 9e-5f /* below LM_AXIS_STILL_RAD */
+#define NEAR_RAD 9e-5f /* below LM_FOLLOW_NEAR_RAD */
 #define TURN_RAD 6.28318531f
 
 #define PERIOD_S 5e-4f     /* of the parameters */
@@ -295,7 +295,7 @@ static int confuse_planner(joint *j) {
   (void)lm_axis_reference(&j->drive, j->motor_rad, j->drive.command_rad - 0.7f);
   j->wish_rad = j->drive.command_rad;
   run(j, 400, LOAD_NM, -FAST_RAD * 20 / 400);
-  if (size(j->drive.late_rad) > 0) {
+  if (size(j->drive.follow.late_rad) > 0) {
     return 1;
   }
   /* A small shift that the planner makes or does not make, a planner that begins beside the command:
@@ -350,7 +350,7 @@ static int ramp_shift(joint *j) {
     run(j, 1, LOAD_NM, 0.3f * FAST_RAD + (k < 4 ? shift_rad / 4 : 0));
   }
   return size(j->motor_rad - before_rad) > FAST_RAD || j->drive.state != LM_AXIS_PAUSED ||
-         join(j) > STILL_RAD || size(j->drive.late_rad) > 0;
+         join(j) > STILL_RAD || size(j->drive.follow.late_rad) > 0;
 }
 
 /* A payload that a sensor has measured enters the torque of the command: not counted twice. Put
@@ -448,7 +448,7 @@ static int lose_wish(joint *j, int ticks, float step_rad) {
     }
   }
   last_rad = size(j->motor_rad - last_rad);
-  if (ticks <= LM_AXIS_LOST_TICKS && step_rad == 0) { /* not seen */
+  if (ticks <= LM_FOLLOW_LOST_TICKS && step_rad == 0) { /* not seen */
     return j->drive.state != LM_AXIS_CLOSED || size(last_rad - 40 * FAST_RAD) > ARRIVED_RAD;
   }
   run(j, 1, LOAD_NM, 0);
@@ -587,7 +587,7 @@ static int lose_bus(joint *j) {
   for (k = 1; k <= 40; ++k) {
     const float wish_rad = j->wish_rad + FAST_RAD * (float)k;
     const float setpoint_rad = lm_axis_tick(&j->drive, &none, not_a_number(), wish_rad, 1);
-    if (k <= LM_AXIS_LOST_TICKS) { /* not seen by the axis */
+    if (k <= LM_FOLLOW_LOST_TICKS) { /* not seen by the axis */
       before_rad += FAST_RAD;
     } else if (j->drive.state != LM_AXIS_PAUSED || j->drive.waits != LM_AXIS_WAITS_MOTOR) {
       return 1;
@@ -805,7 +805,7 @@ int axis_story(float *most_rad) {
   if (open_early(&j)) {
     return 25;
   }
-  if (lose_wish(&j, LM_AXIS_LOST_TICKS, 0) || lose_wish(&j, 20, 0) || lose_wish(&j, 0, 0.2f) ||
+  if (lose_wish(&j, LM_FOLLOW_LOST_TICKS, 0) || lose_wish(&j, 20, 0) || lose_wish(&j, 0, 0.2f) ||
       lose_wish(&j, 0, -0.2f)) {
     return 26;
   }

@@ -14,11 +14,11 @@ static int32_t to_increments(float value) {
 }
 
 static int is_finite(float value) {
-  return value - value == 0;
+  return lm_follow_is_known(value);
 }
 
 static float size(float value) {
-  return value < 0 ? -value : value;
+  return lm_follow_size(value);
 }
 
 static lm_status refuse(lm_fault *fault, lm_status status, const char *input, float found,
@@ -58,6 +58,11 @@ static float period_of(const cia402_drive *drive) {
   return period_s;
 }
 
+static void take_parameters(cia402_axis *axis, const lm_parameters *parameters) {
+  axis->follow.period_s = parameters->limits.period_s;
+  axis->follow.stand_s = CIA402_STAND / parameters->limits.response_per_s;
+}
+
 lm_status cia402_start(cia402_axis *axis, const cia402_drive *drive,
                        const lm_parameters *parameters, lm_saved *kept, const lm_conditions *at,
                        const cia402_input *in, lm_fault *fault) {
@@ -66,6 +71,9 @@ lm_status cia402_start(cia402_axis *axis, const cia402_drive *drive,
   memset(axis, 0, sizeof *axis);
   if (!in->valid) {
     return refuse(fault, LM_INCONSISTENT, "valid", 0, 1, 1);
+  }
+  if ((in->statusword & CIA402_STATE_MASK) == CIA402_OPERATION_ENABLED) {
+    return refuse(fault, LM_INCONSISTENT, "statusword", in->statusword, 0, 0);
   }
   if (drive->increments_per_rev < 1) {
     return refuse(fault, LM_OUT_OF_RANGE, "increments_per_rev", 0, 1, 4294967295.0f);
@@ -92,7 +100,8 @@ lm_status cia402_start(cia402_axis *axis, const cia402_drive *drive,
     kept->format = 0;
   }
   axis->drive = *drive;
-  axis->stand_s = CIA402_STAND / parameters->limits.response_per_s;
+  take_parameters(axis, parameters);
+  axis->last = *in;
   axis->rest_inc = in->position_actual;
   axis->increments_per_rad = (float)drive->increments_per_rev * drive->ratio / TURN_RAD;
   /* The drive is off: the correction settles before the loop closes on it. */
@@ -128,10 +137,7 @@ void cia402_set_zero(cia402_axis *axis, float zero_rad) {
     const float shift_rad = zero_rad - axis->zero_rad;
     axis->command_rad += shift_rad;
     axis->zero_rad = zero_rad;
-    axis->late_rad += shift_rad;
-    if (!axis->joined || size(axis->late_rad) < CIA402_STILL_RAD) {
-      axis->late_rad = 0;
-    }
+    axis->follow.late_rad += axis->joined ? shift_rad : 0;
   }
 }
 
@@ -167,35 +173,41 @@ static void expect_motion(cia402_axis *axis) {
   axis->stood_s = 0;
 }
 
-void cia402_pause(cia402_axis *axis) {
-  if (axis->drive.output_loop) {
-    expect_motion(axis);
-  } else if (!axis->held) {
+static void hold(cia402_axis *axis) {
+  if (!axis->drive.output_loop && !axis->held) {
     axis->held = 1;
     axis->held_inc = axis->sent.target_position + axis->sent.position_offset;
-    expect_motion(axis);
   }
+  expect_motion(axis);
 }
 
-int32_t cia402_resume(cia402_axis *axis) {
-  if (axis->held && axis->stood_s < axis->stand_s) {
+int32_t cia402_pause(cia402_axis *axis) {
+  if (axis->joined && !axis->drive.output_loop && axis->follow.rested_s < LM_FOLLOW_REST_S) {
     return 1;
   }
-  axis->held = 0;
+  hold(axis);
   return 0;
 }
 
-void cia402_set_mode(cia402_axis *axis, lm_mode mode) {
+int32_t cia402_set_mode(cia402_axis *axis, lm_mode mode) {
+  if (axis->enabled && mode != LM_MODE_HOLD && cia402_pause(axis)) {
+    return 1;
+  }
   lm_set_mode(&axis->compensator, mode);
   axis->mode = mode;
   axis->rang = mode == LM_MODE_RESET ? 0 : axis->rang;
   expect_motion(axis);
+  return 0;
 }
 
 lm_status cia402_change(cia402_axis *axis, const lm_parameters *parameters, lm_fault *fault) {
-  const lm_status status = lm_change_parameters(&axis->compensator, parameters, fault);
+  lm_status status;
+  if (axis->enabled && cia402_pause(axis)) {
+    return refuse(fault, LM_INCONSISTENT, "wish_rad", axis->follow.moved_rad, 0, 0);
+  }
+  status = lm_change_parameters(&axis->compensator, parameters, fault);
   if (status == LM_OK) {
-    axis->stand_s = CIA402_STAND / parameters->limits.response_per_s;
+    take_parameters(axis, parameters);
     axis->rang = 0;
   }
   expect_motion(axis);
@@ -217,7 +229,7 @@ static void find_stood(cia402_axis *axis, int follows) {
     axis->standstill.ticks = 0;
   }
   axis->stood_s = lm_find_standstill(&axis->compensator, &axis->standstill);
-  if (axis->stood_s >= axis->stand_s) {
+  if (axis->stood_s >= axis->follow.stand_s) {
     axis->moves_alone = 0;
   }
 }
@@ -233,11 +245,11 @@ static void find_rest(cia402_axis *axis, int32_t motor_inc, int enabled) {
 }
 
 static int rests(const cia402_axis *axis) {
-  return axis->rest_s >= axis->stand_s;
+  return axis->rest_s >= axis->follow.stand_s;
 }
 
 int32_t cia402_power_down(cia402_axis *axis, lm_saved *kept) {
-  if (!rests(axis) || axis->stood_s < axis->stand_s) {
+  if (!rests(axis) || axis->stood_s < axis->follow.stand_s) {
     return 1;
   }
   lm_save_compensator(&axis->compensator, kept);
@@ -247,8 +259,9 @@ int32_t cia402_power_down(cia402_axis *axis, lm_saved *kept) {
 
 /* A loop on the output need not wait until the correction stands. */
 static int may_enable(const cia402_axis *axis) {
-  return rests(axis) && !(axis->correction.status & NOT_TO_ENABLE) &&
-         (axis->drive.output_loop || axis->stood_s >= axis->stand_s);
+  return axis->last.mode == CIA402_CSP && rests(axis) &&
+         !(axis->correction.status & NOT_TO_ENABLE) &&
+         (axis->drive.output_loop || axis->stood_s >= axis->follow.stand_s);
 }
 
 /* Steps through the drive's states, one per cycle. */
@@ -267,37 +280,20 @@ static uint16_t controlword(uint16_t statusword, int32_t enable, int at_rest) {
   }
 }
 
-/* The planner has to begin at the command. It may shift some cycles after the zero: of the wish and
- * the shifted wish, the one nearer to the continued command is meant; if it is neither, the command
- * stays until the planner begins there anew (lm_axis.c). */
+/* The planner has to begin at the command, once the brake has opened. */
 static void follow(cia402_axis *axis, float wish_rad) {
-  const float before_rad = axis->command_rad;
-  if (!axis->joined && size(wish_rad - before_rad) < CIA402_STILL_RAD) {
-    axis->joined = 1;
-    axis->late_rad = 0;
-    axis->moved_rad = 0;
+  if (!axis->joined) {
+    axis->joined = lm_follow_waits(&axis->follow, axis->command_rad, wish_rad) &&
+                   axis->enabled_s >= axis->drive.opening_s;
+  } else if (!lm_follow_wish(&axis->follow, &axis->command_rad, wish_rad)) {
+    axis->joined = 0;
   }
-  if (axis->joined && is_finite(wish_rad)) {
-    const float off_rad = wish_rad - before_rad - axis->moved_rad;
-    const float shifted_rad = off_rad + axis->late_rad;
-    if (axis->late_rad != 0 && size(off_rad) >= CIA402_STILL_RAD &&
-        size(shifted_rad) >= CIA402_STILL_RAD) {
-      axis->joined = 0;
-      wish_rad = before_rad;
-    } else if (size(shifted_rad) < size(off_rad)) {
-      wish_rad += axis->late_rad;
-    } else {
-      axis->late_rad = 0;
-    }
-    axis->command_rad = wish_rad;
-  }
-  axis->moved_rad = axis->command_rad - before_rad;
 }
 
 /* A lost bus: the drive may still follow the demand of before, or stop; the demand stays. */
 static cia402_output keep_demand(cia402_axis *axis, int32_t enable) {
   if (axis->enabled) {
-    cia402_pause(axis);
+    hold(axis);
   }
   axis->joined = 0;
   axis->rest_s = 0;
@@ -314,30 +310,46 @@ static cia402_output keep_demand(cia402_axis *axis, int32_t enable) {
   return axis->sent;
 }
 
-/* Never enabled again by itself: a fault, safe torque off, a lost bus. */
-static int32_t judge_enable(cia402_axis *axis, uint16_t statusword, int enabled, int32_t enable) {
-  const int fault = (statusword & CIA402_FAULT_MASK) != 0;
-  axis->tripped = enable && (axis->tripped || fault || (axis->enabled && !enabled));
+/* Never enabled again by itself: a fault, safe torque off, a lost bus. In another mode the drive
+ * moves by itself; back in CSP it is held where it is until the correction stands. */
+static int32_t judge_enable(cia402_axis *axis, int operates, int enabled, int fault,
+                            int32_t enable) {
+  axis->tripped = enable && (axis->tripped || fault || (axis->operated && !operates));
+  if (enabled && axis->operated && !axis->enabled) {
+    axis->sent.target_position = output_increments(axis, &axis->last);
+    hold(axis);
+  }
+  axis->operated = operates;
   axis->enabled = enabled;
+  axis->enabled_s = enabled ? axis->enabled_s + period_of(&axis->drive) : 0;
   return enable && !axis->tripped && !axis->saved;
 }
 
 cia402_output cia402_cycle(cia402_axis *axis, const cia402_input *in, const lm_conditions *at,
                            float wish_rad, int32_t enable) {
-  const int enabled = (in->statusword & CIA402_STATE_MASK) == CIA402_OPERATION_ENABLED;
-  float reported_rad = cia402_reported(axis, in);
-  int32_t standing = output_increments(axis, in);
+  float reported_rad;
+  int32_t standing;
+  int operates;
+  int enabled;
   axis->correction = lm_step_compensator(&axis->compensator, at);
-  if (!in->valid) {
+  axis->lost_cycles = in->valid ? 0 : axis->lost_cycles + 1;
+  if (in->valid) {
+    axis->last = *in;
+  } else if (!axis->joined || axis->lost_cycles > LM_FOLLOW_LOST_TICKS) {
     return keep_demand(axis, enable);
   }
-  enable = judge_enable(axis, in->statusword, enabled, enable);
+  in = &axis->last;
+  operates = (in->statusword & CIA402_STATE_MASK) == CIA402_OPERATION_ENABLED;
+  enabled = operates && in->mode == CIA402_CSP;
+  reported_rad = cia402_reported(axis, in);
+  standing = output_increments(axis, in);
+  enable = judge_enable(axis, operates, enabled, (in->statusword & CIA402_FAULT_MASK) != 0, enable);
   judge_ringing(axis, enabled);
-  axis->held = axis->held && enabled;
-  find_rest(axis, standing + axis->sent.position_offset, enabled);
+  axis->held = axis->held && enabled && axis->stood_s < axis->follow.stand_s;
+  find_rest(axis, standing + axis->sent.position_offset, operates);
   find_stood(axis, enabled && !axis->held && !axis->drive.output_loop);
-  enable = enable && (enabled || may_enable(axis));
-  axis->enabling_s = enable && !enabled ? axis->enabling_s + period_of(&axis->drive) : 0;
+  axis->enabling_s = enable && !operates ? axis->enabling_s + period_of(&axis->drive) : 0;
+  enable = enable && (operates || may_enable(axis));
   axis->tripped = axis->tripped || axis->enabling_s > CIA402_ENABLING_S;
   axis->sent.controlword = controlword(in->statusword, enable, rests(axis));
   axis->sent.position_offset = find_offset(axis);
@@ -347,6 +359,7 @@ cia402_output cia402_cycle(cia402_axis *axis, const cia402_input *in, const lm_c
     reported_rad = angle_at(axis, standing);
   }
   if (enabled && !enable && !axis->held) {
+    axis->joined = 0;
     return axis->sent; /* the drive brakes from its demand, not from the following error */
   }
   if (enabled && !axis->held) {
@@ -358,6 +371,7 @@ cia402_output cia402_cycle(cia402_axis *axis, const cia402_input *in, const lm_c
     /* At rest, stopped by the drive, held or moved from outside: the target follows the output, no
      * jump. */
     axis->joined = 0;
+    axis->follow.rested_s = 0;
     axis->command_rad = reported_rad;
     axis->sent.target_position = standing;
   }

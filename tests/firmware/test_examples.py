@@ -71,7 +71,7 @@ def build(
 ) -> Path:
     """Compile an example with the library for a target."""
     command = [target.compiler, *target.flags, *options, *FLAGS, "-O2", f"-I{EXAMPLES / 'joint'}"]
-    command += [f"-I{EXAMPLES / 'log'}"]
+    command += [f"-I{EXAMPLES / 'log'}", f"-I{EXAMPLES / 'axis'}"]
     command += ["-DLM_EFFECT_CARDS=0", *map(str, sources), str(TARGETS / target.start)]
     command += [str(TARGETS / "print.c"), *map(str, library), *target.link]
     command += ["-Wl,--gc-sections", "-o", str(program)]
