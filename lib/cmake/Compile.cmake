@@ -5,6 +5,9 @@
 # that fuses gives other bits on a core with FMA than on one without. GCC fuses by default in its
 # gnu dialects. With the option off every target computes the same bits.
 #
+# -fno-math-errno: nothing reads the errno of a mathematical function, so a square root is one
+# instruction, without the branch and the call for a negative argument. The bits are the same.
+#
 # Position-independent code is for shared libraries. On a controller, which has none, it would put
 # constant tables into RAM.
 function(lm_compile target)
@@ -18,7 +21,8 @@ function(lm_compile target)
     return()
   endif()
   target_compile_options(${target} PRIVATE
-    -ffp-contract=off -Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wdouble-promotion
+    -ffp-contract=off -fno-math-errno
+    -Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wdouble-promotion
     -Wshadow $<$<COMPILE_LANGUAGE:C>:-Wstrict-prototypes;-Wmissing-prototypes;-Wc++-compat>
     $<$<BOOL:${LM_WERROR}>:-Werror>)
   if(MINGW) # its isfinite and isnan pass their argument to a function of every precision

@@ -125,13 +125,15 @@ static lm_status report_smallest(const lm_mesh meshes[], int sections, lm_real s
   return LM_OK;
 }
 
-/* Samples of one mesh from the deformation axis to the end of the overlap of both flanks. */
+/* Samples of one mesh from the deformation axis to the end of the overlap of both flanks. Of gaps
+ * above the smallest one so far only that is of interest. */
 static void scan(const lm_mesh meshes[], int section, int steps, lm_smallest_gap *found) {
   const lm_real step = HALF_PI / LM_REAL(steps);
   lm_clearance before = lm_tooth_clearance(&meshes[section], LM_REAL(0));
   int i;
   for (i = 0; i <= steps; i++) {
-    const lm_clearance clearance = lm_tooth_clearance(&meshes[section], step * LM_REAL(i));
+    const lm_clearance clearance =
+        lm_clearance_within(&meshes[section], step * LM_REAL(i), found->gap_rad);
     look_at_sample(&meshes[section], &clearance, &before, section, found);
     before = clearance;
     if (!real_isfinite(clearance.forward.gap_rad) && !real_isfinite(clearance.backward.gap_rad)) {

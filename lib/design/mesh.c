@@ -239,14 +239,13 @@ static lm_flank_foot foot_on_radius(const flank_pair *pair, lm_flank_foot foot, 
   }
 }
 
-/* Lowest value of the cubic through both ends and slopes of a bracket, by the parabola of the
- * slopes: selects the brackets to be refined. */
-static lm_real bracket_floor(const flank_point *low, const flank_point *high) {
+/* Lower end of the chords from both ends of a bracket with a share of their slopes to where the
+ * slope is 0: 1/2 gives the minimum of the parabola of the slopes, 1 a value below it. */
+static lm_real bracket_floor(const flank_point *low, const flank_point *high, lm_real share) {
   const lm_real width = high->foot_mm - low->foot_mm;
   const lm_real x = low->gap_slope / (low->gap_slope - high->gap_slope);
-  const lm_real from_low = low->gap_rad + LM_REAL(0.5) * x * width * low->gap_slope;
-  const lm_real from_high =
-      high->gap_rad - LM_REAL(0.5) * (LM_REAL(1) - x) * width * high->gap_slope;
+  const lm_real from_low = low->gap_rad + share * x * width * low->gap_slope;
+  const lm_real from_high = high->gap_rad - share * (LM_REAL(1) - x) * width * high->gap_slope;
   return from_low < from_high ? from_low : from_high;
 }
 
@@ -340,13 +339,13 @@ static int falls_and_rises(const flank_point *low, const flank_point *high) {
 /* Between two points of the flank without a corner between them. */
 static void look_between(const flank_pair *pair, const flank_point *low, const flank_point *high,
                          flank_point *best) {
-  if (falls_and_rises(low, high) && bracket_floor(low, high) < best->gap_rad) {
+  if (falls_and_rises(low, high) && bracket_floor(low, high, LM_REAL(0.5)) < best->gap_rad) {
     const flank_point inside = bracketed_minimum(pair, low, high);
     see(best, &inside);
   }
 }
 
-/* A gap that the flank does not fall below between two samples. A corner is the edge of two smooth
+/* A gap that the flank does not fall below between two samples with a corner between them. A corner is the edge of two smooth
  * flanks, so the gap falls no faster between the samples than at them; only the end of the generated
  * flank is steeper. */
 static lm_real floor_between(const flank_point *low, const flank_point *high) {
@@ -446,19 +445,37 @@ static flank_point general_on_radius(const flank_pair *pair, lm_real at_low, lm_
   return general_foot(pair, &foot);
 }
 
+/* A gap that the flank does not fall below between two samples. */
+static lm_real lowest_between(const flank_point *low, const flank_point *high, int has_corner) {
+  if (has_corner) {
+    return floor_between(low, high);
+  }
+  if (falls_and_rises(low, high)) {
+    return bracket_floor(low, high, LM_REAL(1));
+  }
+  return low->gap_rad < high->gap_rad ? low->gap_rad : high->gap_rad;
+}
+
 /* Whether no point of the flank is closer than the limit; then *lowest is the lowest sample and the
  * least possible gap. */
 static int stays_beyond(const flank_pair *pair, const flank_point sample[], int count,
                         lm_real limit_rad, flank_point *lowest) {
+  const lm_conjugate *rigid = &pair->mesh->conjugate;
+  const int generated = pair->mesh->rigid_kind != LM_FLANK_INVOLUTE;
+  int corner = generated ? rigid->corners - 1 : -1;
   lm_real floor = sample[0].gap_rad;
   int i;
-  if (pair->mesh->rigid_kind != LM_FLANK_INVOLUTE &&
-      sample[count - 1].radius_mm > pair->mesh->conjugate.land_mm) {
+  if (generated && sample[count - 1].radius_mm > rigid->land_mm) {
     return 0;
   }
   *lowest = sample[0];
-  for (i = 1; i < count; i++) {
-    const lm_real between = floor_between(&sample[i - 1], &sample[i]);
+  for (i = 1; i < count && floor > limit_rad; i++) {
+    int has_corner = 0;
+    lm_real between;
+    for (; corner >= 0 && rigid->corner_mm[corner] < sample[i].radius_mm; corner--) {
+      has_corner |= rigid->corner_mm[corner] > sample[i - 1].radius_mm;
+    }
+    between = lowest_between(&sample[i - 1], &sample[i], has_corner);
     floor = between < floor ? between : floor;
     see(lowest, &sample[i]);
   }
@@ -739,6 +756,10 @@ static lm_clearance clearance_within(const lm_mesh *mesh, lm_real angle_rad, lm_
   pair.side = -mesh->line.sense;
   clearance.backward = flank_gap(&pair, backward_limit);
   return clearance;
+}
+
+lm_clearance lm_clearance_within(const lm_mesh *mesh, lm_real angle_rad, lm_real limit_rad) {
+  return clearance_within(mesh, angle_rad, limit_rad, limit_rad);
 }
 
 lm_clearance lm_tooth_clearance(const lm_mesh *mesh, lm_real angle_rad) {

@@ -569,8 +569,11 @@ static int count_bounds(lm_real phase_pitches) {
     backward = exact[i].backward.gap_rad < backward ? exact[i].backward.gap_rad : backward;
   }
   for (i = 0; i < count; i++) {
+    const lm_clearance within =
+        lm_clearance_within(&mesh, exact[i].angle_rad, forward + LM_REAL(1.5) * ARCMIN);
     bounds += compare_near(&near[i].forward, &exact[i].forward, forward);
     bounds += compare_near(&near[i].backward, &exact[i].backward, backward);
+    (void)compare_near(&within.forward, &exact[i].forward, forward);
   }
   return bounds;
 }

@@ -26,7 +26,7 @@ typedef struct lm_gap {
   lm_real gap_rad;   /* output rotation until contact; < 0 interference; infinite: no overlap */
   lm_real radius_mm; /* r_k, where they touch; 0 without overlap */
   lm_real flank_angle_rad; /* alpha_w: flank against the radius of the rigid gear's axis there */
-  int is_bound; /* 1: the gap is at least gap_rad, the rest is near (lm_near_clearances) */
+  int is_bound;            /* 1: the gap is at least gap_rad, the rest is near */
 } lm_gap;
 
 /* One tooth of the flexspline. */
@@ -109,6 +109,10 @@ lm_status lm_make_mesh_at(const lm_drive *drive, lm_real place, int nodes, const
 
 /* Both clearances of the tooth at any finite material angle. Accuracy 1e-6 arcmin (float64). */
 lm_clearance lm_tooth_clearance(const lm_mesh *mesh, lm_real angle_rad);
+
+/* The same, where a gap that is larger than the limit may be a lower bound that is larger than it,
+ * too: costs less for flanks that are no involutes. */
+lm_clearance lm_clearance_within(const lm_mesh *mesh, lm_real angle_rad, lm_real limit_rad);
 
 /* End of the overlap of one flank of a tooth, and the gap there, tip against tip. */
 typedef struct lm_clearance_end {
