@@ -74,7 +74,7 @@ lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_axis_
   first.torque_Nm += a->beyond_Nm;
   a->torque_Nm = is_known(first.torque_Nm) ? first.torque_Nm : 0;
   a->feed_Nm = a->torque_Nm;
-  a->temperature_C = at->temperature_C;
+  a->follow.temperature_C = at->temperature_C;
   a->correction = lm_settle_compensator(&a->compensator, &first);
   take_parameters(a, parameters);
   a->state = LM_AXIS_OPEN;
@@ -221,19 +221,6 @@ static lm_axis_wait judge_standstill(lm_axis *a, float motor_over_ratio_rad) {
                                           : LM_AXIS_READY;
 }
 
-/* The last temperature that was measured. A drive that is closed follows it no faster than it can
- * warm: a thermometer that returns moves nothing. */
-static float keep_temperature(lm_axis *a, float temperature_C) {
-  const float most_K = LM_AXIS_WARMING_K_S * a->follow.period_s;
-  const float off_K = temperature_C - a->temperature_C;
-  if (a->state == LM_AXIS_CLOSED && size(off_K) > most_K) {
-    a->temperature_C += off_K < 0 ? -most_K : most_K;
-  } else if (is_known(temperature_C)) {
-    a->temperature_C = temperature_C;
-  }
-  return a->temperature_C;
-}
-
 float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_rad, float wish_rad,
                    int follows) {
   lm_conditions now = *at;
@@ -246,7 +233,8 @@ float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_r
     now.elapsed_s = 0; /* a start takes longer than a period */
     a->begun = 1;
   }
-  now.temperature_C = keep_temperature(a, at->temperature_C);
+  now.temperature_C =
+      lm_follow_temperature(&a->follow, at->temperature_C, a->state == LM_AXIS_CLOSED);
   a->correction = lm_step_compensator(&a->compensator, &now);
   a->closing_s = a->asked_to_close ? a->closing_s + a->follow.period_s : 0;
   a->asked_to_close = 0;

@@ -32,9 +32,6 @@
 /* A command to close that has waited for longer has expired. */
 #define LM_AXIS_CLOSING_S 5.0f
 
-/* A joint of 10 kg that loses 500 W warms so fast. */
-#define LM_AXIS_WARMING_K_S 0.1f
-
 typedef enum lm_axis_state {
   LM_AXIS_OFF = 0, /* not started */
   LM_AXIS_OPEN,    /* position loop open, brake on: the setpoint is the measured angle */
@@ -82,7 +79,6 @@ typedef struct lm_axis {
   int lost_ticks;     /* without an angle of the motor */
   int asked_to_close; /* since the last tick */
   float closing_s;    /* for which lm_axis_close has been called */
-  float temperature_C;
   int input_missing;
   lm_axis_source source; /* of the torque */
   int source_waits;      /* another one was requested in this tick */

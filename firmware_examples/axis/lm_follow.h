@@ -1,4 +1,4 @@
-/* How a command follows a planner: of lm_axis.c and of ../glue/cia402.c. */
+/* How a command follows a planner, and the correction a thermometer: of lm_axis.c and of ../glue/cia402.c. */
 #ifndef LM_FOLLOW_H
 #define LM_FOLLOW_H
 
@@ -18,6 +18,9 @@
 /* The planner is at rest if its wish has not changed for this time: longer than its period. */
 #define LM_FOLLOW_REST_S 0.02f
 
+/* A joint of 10 kg that loses 500 W warms so fast. */
+#define LM_FOLLOW_WARMING_K_S 0.1f
+
 typedef struct lm_follow {
   float period_s;
   float stand_s;   /* standstill of the correction */
@@ -27,6 +30,7 @@ typedef struct lm_follow {
   float late_rad;  /* shift of the zero that the planner has not made yet */
   float rested_s;  /* of the planner; until it begins: at the command */
   int wishless_ticks;
+  float temperature_C;
 } lm_follow;
 
 static inline float lm_follow_size(float value) {
@@ -91,6 +95,19 @@ static inline int lm_follow_wish(lm_follow *f, float *command_rad, float wish_ra
   f->late_rad = lm_follow_end_slowly(f, f->late_rad);
   f->moved_rad = *command_rad - before_rad;
   return 1;
+}
+
+/* The last temperature that was measured. A drive that is closed follows it no faster than it can
+ * warm: a thermometer that returns moves nothing. */
+static inline float lm_follow_temperature(lm_follow *f, float temperature_C, int closed) {
+  const float most_K = LM_FOLLOW_WARMING_K_S * f->period_s;
+  const float off_K = temperature_C - f->temperature_C;
+  if (closed && lm_follow_size(off_K) > most_K) {
+    f->temperature_C += off_K < 0 ? -most_K : most_K;
+  } else if (lm_follow_is_known(temperature_C)) {
+    f->temperature_C = temperature_C;
+  }
+  return f->temperature_C;
 }
 
 #endif

@@ -481,14 +481,15 @@ static int lose_thermometer(joint *j) {
     return 1;
   }
   (void)lm_axis_tick(&j->drive, &at, j->motor_rad, j->wish_rad, 1);
-  if (size(j->drive.temperature_C - 20) > 0 || join(j) > STILL_RAD) {
+  if (size(j->drive.follow.temperature_C - 20) > 0 || join(j) > STILL_RAD) {
     return 1;
   }
   for (k = 0; k < 4000; ++k) {
-    before_C = j->drive.temperature_C;
+    before_C = j->drive.follow.temperature_C;
     at.temperature_C = k < 2000 ? not_a_number() : 45;
     (void)lm_axis_tick(&j->drive, &at, j->motor_rad, j->wish_rad, 1);
-    if (!(size(j->drive.temperature_C - before_C) <= 1.01f * LM_AXIS_WARMING_K_S * PERIOD_S)) {
+    if (!(size(j->drive.follow.temperature_C - before_C) <=
+          1.01f * LM_FOLLOW_WARMING_K_S * PERIOD_S)) {
       return 1;
     }
   }

@@ -101,6 +101,7 @@ lm_status cia402_start(cia402_axis *axis, const cia402_drive *drive,
   }
   axis->drive = *drive;
   take_parameters(axis, parameters);
+  axis->follow.temperature_C = at->temperature_C;
   axis->last = *in;
   axis->rest_inc = in->position_actual;
   axis->increments_per_rad = (float)drive->increments_per_rev * drive->ratio / TURN_RAD;
@@ -327,11 +328,14 @@ static int32_t judge_enable(cia402_axis *axis, int operates, int enabled, int fa
 
 cia402_output cia402_cycle(cia402_axis *axis, const cia402_input *in, const lm_conditions *at,
                            float wish_rad, int32_t enable) {
+  lm_conditions now = *at;
   float reported_rad;
   int32_t standing;
   int operates;
   int enabled;
-  axis->correction = lm_step_compensator(&axis->compensator, at);
+  now.temperature_C =
+      lm_follow_temperature(&axis->follow, at->temperature_C, axis->enabled && !axis->held);
+  axis->correction = lm_step_compensator(&axis->compensator, &now);
   axis->lost_cycles = in->valid ? 0 : axis->lost_cycles + 1;
   if (in->valid) {
     axis->last = *in;

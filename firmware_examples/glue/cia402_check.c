@@ -335,6 +335,25 @@ static int check_steps(cell *c, float *wish_rad) {
   return c->axis.joined ? 0 : 39;
 }
 
+/* A thermometer that is lost, and returns with another temperature. */
+static int check_thermometer(cell *c) {
+  const cia402_input in = read_drive(c);
+  lm_conditions at = LM_CONDITIONS_UNKNOWN;
+  float before_C = 20;
+  int k;
+  at.torque_Nm = LOAD_NM;
+  c->axis.follow.temperature_C = before_C;
+  for (k = 0; k < 4000; ++k) {
+    at.temperature_C = k < 2000 ? not_a_number() : 45;
+    (void)cia402_cycle(&c->axis, &in, &at, c->axis.command_rad, 1);
+    if (!(c->axis.follow.temperature_C - before_C <= 1.01f * LM_FOLLOW_WARMING_K_S * PERIOD_S)) {
+      return 44;
+    }
+    before_C = c->axis.follow.temperature_C;
+  }
+  return before_C > 20.05f && c->axis.joined ? 0 : 44;
+}
+
 /* The planner begins within CIA402_STILL_RAD of the command, and only after the brake has opened:
  * no step. */
 static int check_begin(cell *c, float *wish_rad) {
@@ -580,6 +599,7 @@ int check_cia402(void) {
   k = k ? k : check_trip(&c, &wish_rad);
   k = k ? k : check_bus(&c, &wish_rad);
   k = k ? k : check_steps(&c, &wish_rad);
+  k = k ? k : check_thermometer(&c);
   k = k ? k : check_begin(&c, &wish_rad);
   k = k ? k : check_safe_torque_off(&c, &wish_rad);
   k = k ? k : check_ramp(&c, &wish_rad);
