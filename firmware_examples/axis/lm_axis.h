@@ -116,9 +116,9 @@ lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_axis_
  * commanded_Nm: gravity at command_rad minus inertia times the planner's acceleration of the output
  * (compensator.h: signs); 0 if unknown. They filter at a tenth of the resonance for which the
  * parameters were exported. The torque does not jump when its source or the zero changes: the
- * command keeps the last difference to a measurement, until power-up with beyond_Nm 0.
- * feed_Nm is the torque in use; where that jumps, in LM_AXIS_PAUSED, it follows with the filter: the
- * position loop bears the load already.
+ * command keeps the last difference to a measurement, until power-up with beyond_Nm 0. feed_Nm is
+ * the torque in use; where that jumps, in LM_AXIS_PAUSED, it follows with the filter: the position
+ * loop bears the load already.
  *
  * sensed_Nm: minus the torque of the gear on the link, which a sensor between them measures. Not
  * filtered; between two samples the last one. If it is not finite for the time of LM_AXIS_STAND,
@@ -143,23 +143,23 @@ float lm_axis_rate(const lm_axis *a, float planned_rad_s);
 /* Once in every period, in all states; after an overrun not twice; elapsed_s of the first one is
  * ignored. wish_rad: the output angle that the planner requests, a new one in every tick:
  * interpolate a slower planner. While the state is not LM_AXIS_CLOSED the planner is at rest at
- * command_rad, within LM_FOLLOW_NEAR_RAD. In LM_AXIS_CLOSED the
- * axis is paused by a wish that steps (LM_FOLLOW_STEP_RAD_S), or is missing (not finite) for more than
- * LM_FOLLOW_LOST_TICKS. Returns the setpoint of the position loop, motor angle / signed
- * ratio.
+ * command_rad, within LM_FOLLOW_NEAR_RAD. In LM_AXIS_CLOSED the axis is paused by a wish that steps
+ * (LM_FOLLOW_STEP_RAD_S), or is missing (not finite) for more than LM_FOLLOW_LOST_TICKS. Returns
+ * the setpoint of the position loop, motor angle / signed ratio.
  *
  * follows: 1 while the drive reports that it follows the setpoint, and the brake has opened. With
- * 0, or motor_over_ratio_rad not finite for more than LM_FOLLOW_LOST_TICKS (lost bus), LM_AXIS_CLOSED
- * becomes LM_AXIS_PAUSED: the setpoint stays at once, also in motion. LM_AXIS_PAUSED lasts until it
- * is 1 and the angle is there. */
+ * 0, or motor_over_ratio_rad not finite for more than LM_FOLLOW_LOST_TICKS (lost bus),
+ * LM_AXIS_CLOSED becomes LM_AXIS_PAUSED: the setpoint stays at once, also in motion. LM_AXIS_PAUSED
+ * lasts until it is 1 and the angle is there. */
 float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_rad, float wish_rad,
                    int follows);
 
 /* From LM_AXIS_OPEN to LM_AXIS_PAUSED. holds: the drive reports that it is enabled and holds the
  * motor at the setpoint, the brake still on; or it is enabled in this cycle, and this releases its
- * brake. Not LM_AXIS_READY: the loop must not close yet, try again in the next tick. lm_axis_tick continues to LM_AXIS_CLOSED by itself once
- * the drive follows; nothing moves. Until the position loop bears the load, it yields by its own
- * error: feed the load forward. If the drive is not enabled in the end: lm_axis_open. */
+ * brake. Not LM_AXIS_READY: the loop must not close yet, try again in the next tick. lm_axis_tick
+ * continues to LM_AXIS_CLOSED by itself once the drive follows; nothing moves. Until the position
+ * loop bears the load, it yields by its own error: feed the load forward. If the drive is not
+ * enabled in the end: lm_axis_open. */
 lm_axis_wait lm_axis_close(lm_axis *a, int holds);
 
 /* When the brake bears the load, and at once when the drive leaves its position loop by itself
@@ -183,13 +183,14 @@ lm_axis_wait lm_axis_set_mode(lm_axis *a, lm_mode mode);
 lm_status lm_axis_change(lm_axis *a, const lm_parameters *parameters, lm_fault *fault);
 
 /* States that the output is now at angle_rad, at rest or in motion. The planner shifts with
- * command_rad; nothing moves, even if it does so some ticks later: add the change of zero_rad to its position, its target and every
- * sample that an interpolator holds; its velocity stays. A wish on the way from the old to the
- * shifted one pauses the axis, also in motion. motor_over_ratio_rad: latched at the switch. Returns by how much the zero may be
- * wrong, rad, if the torque is right: an error of the torque adds its own wind-up. If that is too
- * much, drive a load cycle and home again. If gravity was computed with the zero of before: then
- * lm_axis_pause, with which the torque of the command takes its new value. Off, or an angle that
- * is not valid: returns -1 and changes nothing. */
+ * command_rad; nothing moves, even if it does so some ticks later: add the change of zero_rad to
+ * its position, its target and every sample that an interpolator holds; its velocity stays. A wish
+ * on the way from the old to the shifted one pauses the axis, also in motion. motor_over_ratio_rad:
+ * latched at the switch. Returns by how much the zero may be wrong, rad, if the torque is right: an
+ * error of the torque adds its own wind-up. If that is too much, drive a load cycle and home again.
+ * If gravity was computed with the zero of before: then lm_axis_pause, with which the torque of the
+ * command takes its new value. Off, or an angle that is not valid: returns -1 and changes nothing.
+ */
 float lm_axis_reference(lm_axis *a, float motor_over_ratio_rad, float angle_rad);
 
 /* The index of an incremental encoder: latched_rad: motor / ratio there; index_rad: the same when

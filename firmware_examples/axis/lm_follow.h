@@ -1,4 +1,5 @@
-/* How a command follows a planner, and the correction a thermometer: of lm_axis.c and of ../glue/cia402.c. */
+/* How a command follows a planner, and the correction a thermometer: of lm_axis.c and of
+ * ../glue/cia402.c. */
 #ifndef LM_FOLLOW_H
 #define LM_FOLLOW_H
 
@@ -65,10 +66,10 @@ static inline int lm_follow_waits(lm_follow *f, float command_rad, float wish_ra
 }
 
 /* The planner may shift some ticks after the zero: of the wish and the shifted wish, the one nearer
- * to the continued command is meant. The wrong one of two that are nearly equal is a step of at most
- * twice the change of the planner's own rate. Returns 0 and follows neither if it is neither: a step
- * of the wish, or an interpolator that makes a ramp of the shift. A wish that is missing: the
- * command continues for LM_FOLLOW_LOST_TICKS. */
+ * to the continued command is meant. The wrong one of two that are nearly equal is a step of at
+ * most twice the change of the planner's own rate. Returns 0 and follows neither if it is neither:
+ * a step of the wish, or an interpolator that makes a ramp of the shift. A wish that is missing:
+ * the command continues for LM_FOLLOW_LOST_TICKS. */
 static inline int lm_follow_wish(lm_follow *f, float *command_rad, float wish_rad) {
   const int shifts = lm_follow_size(f->late_rad) >= LM_FOLLOW_NEAR_RAD;
   const float most_rad = shifts ? LM_FOLLOW_NEAR_RAD : LM_FOLLOW_STEP_RAD_S * f->period_s;

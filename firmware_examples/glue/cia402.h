@@ -120,12 +120,13 @@ typedef struct cia402_axis {
   cia402_output sent;
 } cia402_axis;
 
-/* Power-up: the drive is not enabled and has reported its position. Checks the parameters, and
- * that the sync period is theirs. A stored zero: cia402_set_zero. kept: the history of the last
+/* Power-up: the drive is not enabled and has reported its position. Checks the parameters, and that
+ * the sync period is theirs. A stored zero: cia402_set_zero. kept: the history of the last
  * power-down, or null. It is used up: write *kept back to its memory before the drive is enabled,
  * so that a later reset does not restore it again. LM_OUT_OF_RANGE ("increments_per_rev", "ratio",
  * "period_exponent", "position_actual": beyond CIA402_ANGLE_MAX_RAD from the origin),
- * LM_INCONSISTENT ("period_s"; "valid": the input is not; "statusword": the drive is enabled), those of lm_start_compensator. */
+ * LM_INCONSISTENT ("period_s"; "valid": the input is not; "statusword": the drive is enabled),
+ * those of lm_start_compensator. */
 lm_status cia402_start(cia402_axis *axis, const cia402_drive *drive,
                        const lm_parameters *parameters, lm_saved *kept, const lm_conditions *at,
                        const cia402_input *in, lm_fault *fault);
@@ -150,11 +151,11 @@ lm_status cia402_start(cia402_axis *axis, const cia402_drive *drive,
  * stays, quick stop, then switched off (0x605A = 2; with 5 to 8 once the motor has been at rest for
  * CIA402_STAND; the drive closes the brake); 1: the drive is enabled once correction and motor have
  * stood for CIA402_STAND, an output_loop once the motor has and no condition is missing; after a
- * fault, if it was disabled otherwise or was not enabled within CIA402_ENABLING_S, not before enable
- * has been 0 (tripped). Steps the compensator in every state of the drive.
+ * fault, if it was disabled otherwise or was not enabled within CIA402_ENABLING_S, not before
+ * enable has been 0 (tripped). Steps the compensator in every state of the drive.
  *
- * in->valid 0 for more than LM_FOLLOW_LOST_TICKS: the demand stays, as after cia402_pause; the same
- * when the bus returns. */
+ * in->valid 0 for more than LM_FOLLOW_LOST_TICKS: the demand stays, as after cia402_pause; the
+ * same when the bus returns. */
 cia402_output cia402_cycle(cia402_axis *axis, const cia402_input *in, const lm_conditions *at,
                            float wish_rad, int32_t enable);
 
@@ -178,11 +179,11 @@ lm_status cia402_change(cia402_axis *axis, const lm_parameters *parameters, lm_f
 float cia402_reported(const cia402_axis *axis, const cia402_input *in);
 
 /* Homing: the output is now at angle_rad. command_rad shifts with the zero, the planner with it or
- * some cycles later, with every sample that an interpolator holds: a wish on the way from the old to the shifted one is not followed, and the
- * planner begins anew at command_rad. Nothing moves if the torque does not
- * depend on the angle. If it does (gravity): while the drive is disabled, or at rest with
- * cia402_pause before it. Returns by how much the zero may be wrong, rad, if the torque is
- * right; -1, and changes nothing, if an angle is not finite or the input not valid. */
+ * some cycles later, with every sample that an interpolator holds: a wish on the way from the old
+ * to the shifted one is not followed, and the planner begins anew at command_rad. Nothing moves if
+ * the torque does not depend on the angle. If it does (gravity): while the drive is disabled, or at
+ * rest with cia402_pause before it. Returns by how much the zero may be wrong, rad, if the torque
+ * is right; -1, and changes nothing, if an angle is not finite or the input not valid. */
 float cia402_reference(cia402_axis *axis, const cia402_input *in, float angle_rad);
 
 /* A stored zero_rad of an absolute encoder, after cia402_start; ignored if it is not finite.
