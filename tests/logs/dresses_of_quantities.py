@@ -163,6 +163,17 @@ def _(folder: Path, sheet: Sheet) -> Path:
     return save(folder, sheet.text())
 
 
+@dress(
+    "the torque of the whole file in kgf cm, under the name of N m",
+    expected=EITHER,
+    reason="ten times the rated torque: refused with the unit that fits, where there is a drive",
+)
+def _(folder: Path, sheet: Sheet) -> Path:
+    return save(
+        folder, sheet.turned_into("torque_Nm", "torque_Nm", TORQUES["Torque (kgf·cm)"]).text()
+    )
+
+
 # --- encoders that wrap --------------------------------------------------------------------------
 
 

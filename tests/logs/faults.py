@@ -424,13 +424,13 @@ def lasting_faults() -> list[Fault]:
         less = _without(places) if name in NEEDED else None
         finding = (name.rsplit("_", 1)[0], RUN_OF[name])
         faults.append(Fault(f"{name}: {what}", damaged.text(), finding=finding, less=less))
-    name, first = "output_angle_rad", rows[0]
-    cells = clean().cells(name)
-    held = [at for at in rows if (at - first) % HELD]
-    damaged = _with(clean(), name, held, [cells[at - (at - first) % HELD] for at in held])
-    finding = (name, "repeats", RUN_OF["torque_Nm"])
-    what = f"{name}: a run with a new value every {HELD} rows"
-    faults.append(Fault(what, damaged.text(), finding=finding, less=_without(held)))
+    for name in ("torque_Nm", "output_angle_rad"):
+        cells, first = clean().cells(name), rows[0]
+        held = [at for at in rows if (at - first) % HELD]
+        damaged = _with(clean(), name, held, [cells[at - (at - first) % HELD] for at in held])
+        finding = (name, "repeats", RUN_OF["torque_Nm"])
+        what = f"{name}: a run with a new value every {HELD} rows"
+        faults.append(Fault(what, damaged.text(), finding=finding, less=_without(held)))
     return faults
 
 

@@ -64,8 +64,8 @@ def test_runs_of_one_clock_that_are_written_in_turns_are_joined(tmp_path: Path) 
     assert [len(one) for one in read_campaign(file, ratio=RATIO).runs] == [size, size]
 
 
-def test_a_run_in_fahrenheit_is_reported(tmp_path: Path) -> None:
-    label = "14"
+@pytest.mark.parametrize("label", ["2", "14"], ids=["at room temperature", "between the others"])
+def test_a_run_in_fahrenheit_is_reported(label: str, tmp_path: Path) -> None:
     values = clean().values("temperature_C")
     of_run = np.array(clean().cells("run")) == label
     values[of_run] = 1.8 * values[of_run] + 32.0
@@ -80,6 +80,13 @@ def test_a_plan_of_two_temperatures_is_not_reported(warm_C: float, tmp_path: Pat
     warm = np.array(clean().cells("run")) == "14"
     near_20 = 20.0 + 0.1 * clean().values("temperature_C")
     cells = [f"{value:.2f}" for value in np.where(warm, warm_C, near_20)]
+    campaign = read_campaign(saved(tmp_path, clean().put("temperature_C", cells)), ratio=RATIO)
+    assert not campaign.findings
+
+
+def test_a_plan_of_even_temperatures_is_not_reported(tmp_path: Path) -> None:
+    place = {label: i for i, label in enumerate(dict.fromkeys(clean().cells("run")))}
+    cells = [f"{10.0 + 8.0 * place[label]:.1f}" for label in clean().cells("run")]
     campaign = read_campaign(saved(tmp_path, clean().put("temperature_C", cells)), ratio=RATIO)
     assert not campaign.findings
 

@@ -165,6 +165,7 @@ def run_check(arguments: argparse.Namespace) -> None:
     campaign = read_campaign(
         paths, ratio=ratio, mapping=mapping, protocol=protocol, join=arguments.join
     )
+    found = stated
     known = stated is not None or not any(np.ptp(angle) > 0 for angle in input_angles(campaign))
     if not known:
         found = estimate_ratio(campaign)
@@ -176,6 +177,8 @@ def run_check(arguments: argparse.Namespace) -> None:
     else:
         check_encoders(campaign, stated)
     answer = {**check(campaign, library()), "ratio_known": known}
+    if not known and found is None:
+        answer["lost_motion_arcmin"] = None
     deliver(answer, arguments, lambda: show_check(answer))
 
 
@@ -376,7 +379,10 @@ def show_effects(effects: list[Effect], *, whole: bool) -> None:
 
 def show_check(answer: Mapping[str, Any]) -> None:
     """Print the faults of recordings and the effects that they cannot identify."""
-    print(f"{count_runs(answer['runs'])}, {answer['samples']} samples")
+    swing = answer["lost_motion_arcmin"]
+    lost = "" if swing is None else f", lost motion within {swing:.3g} arcmin"
+    torque = f"torque up to {answer['largest_torque_Nm']:.3g} Nm"
+    print(f"{count_runs(answer['runs'])}, {answer['samples']} samples, {torque}{lost}")
     for finding in answer["findings"] or ["no findings"]:
         print(f"  {finding}")
     if not answer["ratio_known"]:

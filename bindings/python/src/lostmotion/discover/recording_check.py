@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion import rules
+from lostmotion import rules, units
 from lostmotion.effects.columns import DERIVED, missing_columns
 from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.effect import Effect
@@ -38,6 +38,12 @@ def begin_elsewhere(campaign: Campaign) -> list[int | str]:
         for before, run in pairwise(campaign.runs)
         if abs(run.torque_Nm[0] - before.torque_Nm[-1]) > least
     ]
+
+
+def largest_swing_arcmin(campaign: Campaign) -> float:
+    """Largest range of the lost motion within a run, which shows angles in a wrong unit."""
+    swing = max(float(np.ptp(run.lost_motion_rad)) for run in campaign.runs)
+    return units.convert(swing, "rad", "arcmin")
 
 
 def ranks(values: FloatArray) -> FloatArray:
@@ -86,6 +92,8 @@ def check(campaign: Campaign, effects: Mapping[str, Effect]) -> dict[str, Any]:
         "findings": say_findings(campaign.findings),
         "runs": conditions.runs,
         "samples": conditions.rows,
+        "lost_motion_arcmin": largest_swing_arcmin(campaign),
+        "largest_torque_Nm": campaign.largest_torque_Nm,
         "enough_runs": conditions.runs >= rules.RUNS_LEAST,
         "constant": constant,
         "begin_elsewhere": begin_elsewhere(campaign),

@@ -197,17 +197,21 @@ def leapt_to(values: FloatArray, begin: int) -> bool:
 def saturated(values: FloatArray, other: FloatArray, turned_rad: FloatArray) -> BoolArray:
     """Mark the readings at an end of the range of the channel while the drive went beyond and back.
 
-    An amplifier repeats its largest reading there. Under a held load the drive creeps in one
-    direction.
+    An amplifier repeats its largest reading there, longer than it repeats others: a slower clock
+    repeats all. Under a held load the drive creeps in one direction.
     """
     marked = np.zeros(values.size, dtype=bool)
+    changes = np.flatnonzero(np.diff(values)) + 1
+    lengths = np.diff(np.concatenate(([0], changes, [values.size])))
+    inside = (values != values.max()) & (values != values.min())
+    usual = int(np.max(np.repeat(lengths, lengths), where=inside, initial=1))
     for level in (values.max(), values.min()):
         same = values == level
         edges = np.flatnonzero(np.diff(np.concatenate(([False], same, [False])).astype(int)))
         if edges.size > 2 * SATURATED_MOST:
             continue
         for begin, end in zip(edges[::2], edges[1::2], strict=True):
-            if end - begin < SATURATED_LEAST or begin == 0 or end == values.size:
+            if end - begin < max(SATURATED_LEAST, usual + 1) or begin == 0 or end == values.size:
                 continue
             within = other[begin:end]
             ends = within[[0, -1]]

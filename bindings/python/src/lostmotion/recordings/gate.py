@@ -46,7 +46,7 @@ RATIO_TIMES = 5.0
 """Factor on the lost motion above which the ratio is wrong."""
 
 ANGLES = ("rad", "mrad", "deg", "arcmin", "arcsec", "rev")
-TORQUES = ("Nm", "mNm", "Nmm", "Ncm", "kNm", "lbfin", "lbfft", "kgfm")
+TORQUES = ("Nm", "mNm", "Nmm", "Ncm", "kNm", "lbfin", "lbfft", "ozfin", "kgfm", "kgfcm")
 STIFFNESSES = ("Nm_per_rad", "Nm_per_deg", "Nm_per_arcmin", "Nmm_per_rad")
 """Units that are often confused."""
 
@@ -210,8 +210,8 @@ def check_encoders(campaign: Campaign, ratio: float | None) -> None:
                 QUANTITIES[quantity].column,
                 f"a constant reading for {count} of {len(run)} rows of run {run.label}, "
                 f"in which the {other} angle moves {turned:.3g} rad",
-                "an encoder that works, or an angle in its own unit; or the recordings without "
-                "this run",
+                f"an encoder that works, or angles in their own unit{in_degrees(run)}; or the "
+                "recordings without this run",
             )
         check_both_turn(run, ratio)
         check_wind_up(run, ratio)
@@ -239,6 +239,15 @@ def in_two_ratios(campaign: Campaign) -> tuple[tuple[Run, float], tuple[Run, flo
         if abs(turns.slope / usual.slope - 1) * turns.swing_out > STUCK_TURN_RAD:
             return (run, turns.slope), (longest, usual.slope)
     return None
+
+
+def in_degrees(run: Run) -> str:
+    """Write the map with which the angles of a run are in degrees, if they are stated in rad."""
+    angles = [name for name in ("input_angle", "output_angle") if name in run.sources]
+    chosen = {name: run.sources[name] for name in angles}
+    if len(angles) < 2 or any(meaning.unit != units.unit("rad") for _, meaning in chosen.values()):
+        return ""
+    return f" (degrees: {' '.join(as_map(chosen, name, unit='deg') for name in angles)})"
 
 
 def check_one_drive(campaign: Campaign) -> None:
@@ -391,7 +400,8 @@ def contradiction(gate: Gate, stands: Consistency) -> tuple[str, str, bool] | No
         return None
     if stands.share <= -SCALE_SHARE:
         return "lost_motion_rad", "a lost motion that falls with increasing torque", True
-    if stands.share >= SCALE_SHARE and not 1 / SCALE_DOUBT < stands.times < SCALE_DOUBT:
+    sized = 1 / SCALE_DOUBT < stands.times < SCALE_DOUBT and stands.load <= LOADS[1]
+    if stands.share >= SCALE_SHARE and not sized:
         text = (
             f"a lost motion {stands.times:.3g} times the model's, at torques up to "
             f"{stands.load:.3g} times the rated one"

@@ -261,29 +261,31 @@ def check_temperatures(campaign: Campaign) -> None:
 def note_fahrenheit(campaign: Campaign) -> None:
     """Report runs whose temperature is far from that of all others, unless it is in Fahrenheit.
 
-    As stated it is farther from the others than they are from each other; in Fahrenheit it would
-    be among them. A plan of two temperatures may look the same, so nothing is changed.
+    As stated it is farther from its neighbour than that of any other run, and in Fahrenheit it is
+    among the others. A plan of temperatures may look the same, so nothing is changed.
     """
-    known = {
-        run.label: float(np.median(values[np.isfinite(values)]))
+    known = [
+        (run, float(np.median(values[np.isfinite(values)])))
         for run in campaign.runs
         if (values := run.columns.get("temperature", np.zeros(0))).size
         and np.isfinite(values).any()
-    }
-    for run in campaign.runs:
-        value = known.get(run.label, np.nan)
-        others = [other for other in known.values() if other != value]
-        if not others or not value - max(others) > max(others) - min(others):
-            continue
-        celsius = units.convert(value, "F", "C")
-        if min(others) <= celsius <= max(others):
-            action = (
-                f"{value:.4g} C, and {min(others):.4g} to {max(others):.4g} C in the other runs: "
-                f"if it is in Fahrenheit, it is {celsius:.4g} C"
-            )
-            campaign.findings.append(
-                Finding("range", run.file, "temperature_C", run.label, len(run), action)
-            )
+    ]
+    if len(known) < 3:
+        return
+    in_order = np.sort([value for _, value in known])
+    steps = np.diff(in_order)
+    *others, highest = np.fmin(np.append(np.inf, steps), np.append(steps, np.inf))
+    lowest, next_lower = float(in_order[0]), float(in_order[-2])
+    celsius = units.convert(float(in_order[-1]), "F", "C")
+    nearest = float(np.min(np.abs(in_order[:-1] - celsius)))
+    if highest > max(others) >= nearest and lowest <= celsius <= next_lower:
+        run, value = max(known, key=lambda one: one[1])
+        action = (
+            f"{value:.4g} C, and {lowest:.4g} to {next_lower:.4g} C in the other runs: if it is in "
+            f"Fahrenheit, it is {celsius:.4g} C"
+        )
+        finding = Finding("range", run.file, "temperature_C", run.label, len(run), action)
+        campaign.findings.append(finding)
 
 
 def runs_in_words(loops: list[Loop]) -> str:
