@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from .clean import RATIO, Sheet
-from .dress import REFUSED, dress, save
+from .dress import EITHER, REFUSED, dress, save
 
 ODD = "14"
 """Run that was logged with other settings than the others."""
@@ -302,3 +302,49 @@ def _(folder: Path, sheet: Sheet) -> Path:
 )
 def _(folder: Path, sheet: Sheet) -> Path:
     return save(folder, sheet.turned_into("torque_Nm", "torque_%", 1 / 0.67).text())
+
+
+@dress("no column of runs, a clock that restarts with every run")
+def _(folder: Path, sheet: Sheet) -> Path:
+    return save(folder, sheet.without("run").text())
+
+
+@dress("an index of dates without a name (pandas)")
+def _(folder: Path, sheet: Sheet) -> Path:
+    begin = datetime(2026, 3, 2, 9, 13, 22)
+    cells = [str(begin + timedelta(seconds=float(t))) for t in sheet.values("time_s")]
+    return save(folder, sheet.put("time_s", cells, "").text())
+
+
+@dress("temperature at every tenth row, empty cells between")
+def _(folder: Path, sheet: Sheet) -> Path:
+    cells = [cell if i % 10 == 0 else "" for i, cell in enumerate(sheet.cells("temperature_C"))]
+    return save(folder, sheet.put("temperature_C", cells).text())
+
+
+def channel_a_row(sheet: Sheet, late_s: float = 0.0) -> str:
+    """A row for every channel, with empty cells for the others; each later than the one before."""
+    lines = [",".join(sheet.names)]
+    for row in sheet.rows():
+        cell = dict(zip(sheet.names, row, strict=True))
+        for late, own in enumerate(sheet.names[2:]):
+            one = {name: cell[name] if name in ("run", own) else "" for name in sheet.names}
+            one["time_s"] = f"{float(cell['time_s']) + late * late_s:.4f}"
+            lines.append(",".join(one.values()))
+    return "\n".join(lines) + "\n"
+
+
+@dress("a row for every channel, with the same times (an outer join of data frames)")
+def _(folder: Path, sheet: Sheet) -> Path:
+    return save(folder, channel_a_row(sheet))
+
+
+@dress(
+    "a lost motion of the other sign beside both angles",
+    expected=EITHER,
+    reason="the recorded one is used: refused with the sign to turn, where there is a drive",
+    says=("lost_motion",),
+)
+def _(folder: Path, sheet: Sheet) -> Path:
+    lost = sheet.values("input_angle_rad") / RATIO - sheet.values("output_angle_rad")
+    return save(folder, sheet.added("lost_motion_rad", [f"{x:.9f}" for x in lost]).text())

@@ -7,9 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from lostmotion.errors import InputError
 from lostmotion.recordings import read_campaign, say_findings
 
 from .clean import HIDDEN, RATIO, RUNS, Sheet, clean
+from .dresses_of_runs import channel_a_row
 from .judge import run
 
 AGAIN = {2: "1", 3: "2", 6: "3", 9: "4", 13: "5", 14: "1", 15: "2", 19: "3", 28: "4"}
@@ -102,3 +104,35 @@ def test_a_temperature_that_a_spreadsheet_made_a_date_is_named(tmp_path: Path) -
     (line,) = say_findings(read_campaign(saved(tmp_path, sheet), ratio=RATIO).findings)
     assert "temperature_C: ignored column" in line
     assert line.endswith("text in its first cells, no numbers")
+
+
+def test_channels_in_rows_of_their_own_are_joined_on_request(tmp_path: Path) -> None:
+    file = tmp_path / "log.csv"
+    file.write_text(channel_a_row(clean(), late_s=0.01))
+    with pytest.raises(InputError, match=r"different rows .*--join linear, or --join nearest"):
+        read_campaign(file, ratio=RATIO)
+    joined = read_campaign(file, ratio=RATIO, join="linear")
+    # The first torque comes before the first angle, and the last angle after the last torque.
+    assert joined.rows == len(clean()) - len(RUNS)
+    assert any("linear to the rows of the slowest" in one for one in say_findings(joined.findings))
+    whole = read_campaign(saved(tmp_path, clean()), ratio=RATIO)
+    for one, other in zip(joined.runs, whole.runs, strict=True):
+        ends = slice(1, len(one) - 1)
+        shifted = np.interp(one.time_s[ends], other.time_s + 0.01, other.lost_motion_rad)
+        assert float(np.std(one.lost_motion_rad[ends] - shifted)) < 1e-2 * np.ptp(shifted)
+
+
+def test_names_in_chinese_are_shown_with_their_map(tmp_path: Path) -> None:
+    names = {"time_s": "时间(s)", "torque_Nm": "扭矩(N·m)", "input_angle_rad": "输入角(rad)"}
+    file = tmp_path / "log.csv"
+    file.write_bytes(clean().renamed(**names).text().encode("gb18030"))
+    with pytest.raises(InputError, match=r"--map '扭矩\(N·m\)=torque_Nm'"):
+        read_campaign(file, ratio=RATIO)
+
+
+def test_a_clock_that_is_set_back_within_a_run_is_no_other_run(tmp_path: Path) -> None:
+    one = clean().taken(np.array(clean().cells("run")) == "14").without("run")
+    times = one.values("time_s")
+    times[60:] -= 20.0
+    file = saved(tmp_path, one.put("time_s", [f"{t:.4f}" for t in times]))
+    assert len(read_campaign(file, ratio=RATIO).runs) == 1

@@ -404,8 +404,16 @@ def test_ambiguous_commas_are_refused(write: Write, number: str, separator: str)
         read_campaign(write(text, "a.csv"))
 
 
-def test_several_recordings_in_one_file_require_a_column(write: Write) -> None:
+def test_a_clock_that_restarts_at_its_first_stamp_begins_a_run(write: Write) -> None:
     text = f"{HEAD}\n" + "".join(f"{i % 10},{i},{i}\n" for i in range(40))
+    campaign = read_campaign(write(text, "a.csv"))
+    assert [len(run) for run in campaign.runs] == [10, 10, 10, 10]
+    (finding,) = campaign.findings
+    assert (finding.kind, finding.count) == ("runs", 4)
+
+
+def test_a_clock_that_goes_back_elsewhere_requires_a_column_of_runs(write: Write) -> None:
+    text = f"{HEAD}\n" + "".join(f"{i % 10 + i // 10 * 5},{i},{i}\n" for i in range(40))
     (finding,) = read_campaign(write(text, "a.csv")).findings
     assert (finding.kind, finding.count) == ("backward_time", 3)
     assert "mark it in a column run" in str(finding)

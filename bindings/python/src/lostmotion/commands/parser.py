@@ -96,8 +96,8 @@ MAP = repeated(
 JOIN = argument(
     "--join",
     choices=JOINS,
-    help="ROS 2 bags: resample topics of different rates at the times of the slowest of torque "
-    "and angles (default: an error)",
+    help="channels of different rates, in a ROS 2 bag or in different rows of a table: resample "
+    "them at the times of the slowest of torque and angles (default: an error)",
 )
 
 PROTOCOL = (

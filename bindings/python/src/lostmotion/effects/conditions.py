@@ -74,7 +74,7 @@ class Conditions:
                 continue
             values = campaign.column(quantity)
             if not np.all(np.isfinite(values)):
-                if np.count_nonzero(~np.isfinite(values)) > 0.5 * values.size:
+                if np.count_nonzero(~self.between_readings(values)) > 0.5 * values.size:
                     continue
                 values = self.fill(values)
             self.columns[condition] = np.ascontiguousarray(values)
@@ -132,6 +132,15 @@ class Conditions:
         return [
             slice(int(a), int(b)) for a, b in zip(self.starts[:-1], self.starts[1:], strict=True)
         ]
+
+    def between_readings(self, values: FloatArray) -> npt.NDArray[np.bool_]:
+        """Mark the rows from the first to the last reading of their run, as of a slow channel."""
+        marked = np.zeros(values.size, dtype=np.bool_)
+        for at in self.slices():
+            good = np.flatnonzero(np.isfinite(values[at]))
+            if good.size:
+                marked[at.start + good[0] : at.start + good[-1] + 1] = True
+        return marked
 
     def fill(self, values: FloatArray) -> FloatArray:
         """Interpolate missing values of a column within its run; empty runs get the median."""

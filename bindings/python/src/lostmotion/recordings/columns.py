@@ -419,6 +419,8 @@ def find_clock(
         found: ColumnName | None = None
         name = normal(label)
         stamp = name in STAMPS or name == "time" or index in named
+        # An index of a data frame has no name; without one, only dates and times are a clock.
+        stamp |= not label and stamped(header.cells(index))
         if stamp and dated(header.cells(index)):
             rest = thousandths_of(header, index)
             found = ColumnName(quantity, None, index=index, fraction=rest)
@@ -471,6 +473,23 @@ def dated(cells: Sequence[str]) -> bool:
     return any(low <= first * ns / UNITS_NS["s"] <= high for ns in UNITS_NS.values())
 
 
+ANGLES_LISTED = 4
+"""Most columns with the unit of an angle that a message lists."""
+
+
+def in_dimension(header: Header, quantity: Quantity) -> dict[str, units.Unit]:
+    """List the columns with foreign names whose stated unit is one of the quantity."""
+    found = {}
+    for label, beside in zip(header.names, header.units, strict=True):
+        bracketed = BRACKETED.fullmatch(label) or SLASHED.fullmatch(label)
+        text = bracketed[2] if bracketed else beside
+        foreign = bool(label and text) and split_label(label) is None
+        unit = read_suffix(text, quantity.dimension) if foreign else None
+        if unit is not None and unit.dimension == quantity.dimension:
+            found[label] = unit
+    return found
+
+
 JOINED = (
     "one file with both angles, if the other is in another file: rows joined by their time (--join "
     "does this for the topics of a ROS 2 bag)"
@@ -503,19 +522,28 @@ def lacking(
             column = QUANTITIES[name].column
             near = {h.lower(): h for h in names}
             close = difflib.get_close_matches(name, near, n=1)
+            stated = in_dimension(header, QUANTITIES[name])
             meant = near[close[0]] if close else "COLUMN"
+            if len(stated) == 1:
+                ((meant, unit),) = stated.items()
+                column = f"{name}_{unit.symbol}"
+            option = shlex.quote(f"{meant}={column}")
             measured = name == "time" and "torque" in there
             others = f", or {ORDER}, a running number" if measured else ""
             if name == "torque" and locked and "output_angle" not in there:
                 others = f"; {locked}"
             if "%" in meant:  # a share of a rated value, or of the range of a sensor
-                column += "/NUMBER (percent for one unit)"
-            expected = f"{named(name)}, or --map {meant}={column}{others}"
+                option += "/NUMBER (percent for one unit)"
+            expected = f"{named(name)}, or --map {option}{others}"
             faults.append(InputError(file, QUANTITIES[name].column, nothing, expected))
     if "lost_motion" not in there and not {"input_angle", "output_angle"} <= set(there):
         have = [name for name in ("input_angle", "output_angle") if name in there]
         found = f"only {have[0]} among {', '.join(names)}" if have else nothing
         expected = f"{named('input_angle')} and {named('output_angle')}, or {named('lost_motion')}"
+        angles = [c for c in in_dimension(header, QUANTITIES["output_angle"]) if c not in mapping]
+        if not have and 0 < len(angles) <= ANGLES_LISTED:
+            listed = ", ".join(f"'{one}'" for one in angles)
+            expected += f", e.g. --map COLUMN=input_angle_rad in its unit (angles: {listed})"
         expected += f"; or {locked}" if locked else ""
         expected += f"; or {JOINED}" if have else ""
         faults.append(InputError(file, "lost_motion_rad", found, expected))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import codecs
+import re
 from collections.abc import Collection
 from functools import partial
 from pathlib import Path
@@ -75,7 +76,11 @@ def encoding_of(raw: bytes) -> tuple[str, int]:
 
 NATIONAL = ("cp1252", "gb18030", "shift_jis", "euc_kr", "big5", "cp1251", "cp1250", "cp1253")
 """Encodings of text that is not Unicode: Western, Chinese, Japanese, Korean, Cyrillic, Central
-European, Greek. The first is used unless the names of a map are found only in another one."""
+European, Greek. The first is used unless the names of a map are found only in another one, or no
+letter beyond ASCII stands alone."""
+
+ALONE = re.compile(rb"(?<![\x80-\xff])[\x80-\xff](?![\x80-\xff])")
+"""A letter beyond ASCII without another one beside it: Chinese characters are pairs."""
 
 
 def as_utf8(file: str | Path, raw: bytes, wanted: Collection[str] = ()) -> bytes:
@@ -125,7 +130,9 @@ def decoded(raw: bytes, wanted: Collection[str] = ()) -> str:
     try:
         return raw.decode()
     except UnicodeDecodeError as error:
-        likely = NATIONAL if raw[: error.start].isascii() else ("utf-8", *NATIONAL)
+        likely = list(NATIONAL) if raw[: error.start].isascii() else ["utf-8", *NATIONAL]
+        if likely[0] != "utf-8" and not ALONE.search(raw[:LOOKED_AT]):
+            likely.sort(key=lambda name: name != "gb18030")
     return raw.decode(max(likely, key=partial(names_in, raw, wanted)), "backslashreplace")
 
 

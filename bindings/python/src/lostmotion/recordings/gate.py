@@ -173,7 +173,10 @@ class Gate:
 
     def lost_motion(self, run: Run, reading: Interpretation) -> FloatArray:
         """Lost motion of a run in an interpretation."""
-        if not {"input_angle", "output_angle"} <= run.columns.keys():
+        if (
+            "lost_motion" in run.sources
+            or not {"input_angle", "output_angle"} <= run.columns.keys()
+        ):
             return reading.output_by * run.lost_motion_rad
         put_in, out = run.columns["input_angle"], run.columns["output_angle"]
         if reading.swapped:
@@ -243,8 +246,8 @@ def in_two_ratios(campaign: Campaign) -> tuple[tuple[Run, float], tuple[Run, flo
 
 def in_degrees(run: Run) -> str:
     """Write the map with which the angles of a run are in degrees, if they are stated in rad."""
-    angles = [name for name in ("input_angle", "output_angle") if name in run.sources]
-    chosen = {name: run.sources[name] for name in angles}
+    angles: list[str] = [name for name in ("input_angle", "output_angle") if name in run.sources]
+    chosen: dict[str, tuple[str, ColumnName]] = {name: run.sources[name] for name in angles}
     if len(angles) < 2 or any(meaning.unit != units.unit("rad") for _, meaning in chosen.values()):
         return ""
     return f" (degrees: {' '.join(as_map(chosen, name, unit='deg') for name in angles)})"
@@ -418,8 +421,8 @@ def readings(
 ) -> Iterator[Interpretation]:
     """List the possible corrections of one error."""
     stated = Interpretation("", "", gate.ratio)
-    both = {"input_angle", "output_angle"} <= chosen.keys()
-    if both:
+    recorded = any("lost_motion" in run.sources for run in gate.campaign.runs)
+    if {"input_angle", "output_angle"} <= chosen.keys() and not recorded:
         yield replace(
             stated,
             what="the sign of the ratio",
@@ -448,7 +451,10 @@ def readings(
         angle = "lost_motion" if "lost_motion" in chosen else "output_angle"
         for unit, by in other_units(chosen, (angle,), ANGLES):
             paste = as_map(chosen, angle, unit=unit)
-            yield replace(stated, what=f"the angle is in {unit}", paste=paste, output_by=by)
+            yield replace(stated, what=f"the angle is in {unit}", paste=paste, curve_by=1 / by)
+        if recorded:
+            paste = as_map(chosen, angle, by=-1.0)
+            yield replace(stated, what="the sign of the lost motion", paste=paste, curve_by=-1.0)
     turns = gate.ratio_by(stated)
     if turns is not None and abs(turns) >= 1 and in_two_ratios(gate.campaign) is None:
         ratio = whole_ratio(turns)

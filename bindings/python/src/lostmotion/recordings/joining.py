@@ -116,6 +116,57 @@ def join_channels(
     return table
 
 
+def join_rows(
+    columns: Mapping[str, FloatArray], leading: Collection[str], how: Join | None
+) -> tuple[dict[str, FloatArray], dict[str, tuple[float, int]]] | None:
+    """Join the columns of a run whose rows have numbers in some columns only.
+
+    Parameters
+    ----------
+    columns : mapping
+        By quantity, with ``time`` in s; NaN if missing.
+    leading : collection of str
+        Quantities of which the slowest defines the rows.
+    how : {"nearest", "linear"} or None
+        None joins only columns with the same times, which needs no choice.
+
+    Returns
+    -------
+    columns : dict
+        Rows at the times of the slowest leading column, between the first and last times of all.
+    gaps : dict
+        Largest gap in s of each resampled column, and its number of rows without a value.
+        Instead of both None, if there is nothing to join.
+    """
+    order = np.argsort(columns["time"], kind="stable")
+    order = order[np.isfinite(columns["time"][order])]
+    time_ns = np.rint(columns["time"][order] / NANO).astype(np.int64)
+    values = {name: column[order] for name, column in columns.items() if name != "time"}
+    known = {name: np.flatnonzero(np.isfinite(column)) for name, column in values.items()}
+    led = {name: time_ns[known[name]] for name in values if name in leading}
+    if any(stamps.size == 0 for stamps in led.values()):
+        return None
+    base = min(led, key=lambda name: led[name].size)
+    if how is None and not all(np.array_equal(stamps, led[base]) for stamps in led.values()):
+        return None
+    first, last = max(s[0] for s in led.values()), min(s[-1] for s in led.values())
+    within = (led[base] >= first) & (led[base] <= last)
+    rows_ns = led[base][within]
+    if rows_ns.size == 0:
+        return None
+    joined = {"time": columns["time"][order][known[base]][within]}
+    gaps: dict[str, tuple[float, int]] = {}
+    for name, column in values.items():
+        at = known[name]
+        if at.size == 0:
+            joined[name] = np.full(rows_ns.size, np.nan)
+            continue
+        joined[name], gap_s, paused = read_at(rows_ns, time_ns[at], column[at], how or "nearest")
+        if gap_s > 0 or paused:
+            gaps[name] = gap_s, paused
+    return joined, gaps
+
+
 def common_time(
     file: Path,
     channels: Sequence[Channel],

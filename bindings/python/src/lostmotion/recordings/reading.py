@@ -42,7 +42,7 @@ from lostmotion.recordings.conversion import Numbers, read_numbers
 from lostmotion.recordings.encoders import bring_together
 from lostmotion.recordings.findings import UNUSED, Finding
 from lostmotion.recordings.in_memory import MemoryTable, has_columns
-from lostmotion.recordings.joining import Join, join_channels
+from lostmotion.recordings.joining import Join, join_channels, join_rows
 from lostmotion.recordings.opening import open_table
 from lostmotion.recordings.protocol import FREE, Protocol
 from lostmotion.recordings.quantities import QUANTITIES
@@ -211,7 +211,7 @@ def campaign_of_table(
     table = MemoryTable(name, data)
     refuse_unmapped([table.header], 1, names)
     findings: list[Finding] = []
-    runs = read_runs(table, Path(name).name.split(".")[0], names, ratio, findings, protocol)
+    runs = read_runs(table, Path(name).name.split(".")[0], names, ratio, findings, protocol, None)
     return judged(runs, findings, ratio)
 
 
@@ -246,10 +246,10 @@ def _read_file(
 ) -> list[Run]:
     table: Table
     if is_bag(file):
-        table = read_bag(file, mapping, protocol, join, findings)
+        table, join = read_bag(file, mapping, protocol, join, findings), None
     else:
         table = open_table(file, mapping)
-    return read_runs(table, file.name.split(".")[0], mapping, ratio, findings, protocol)
+    return read_runs(table, file.name.split(".")[0], mapping, ratio, findings, protocol, join)
 
 
 def note_columns(
@@ -275,6 +275,7 @@ def read_runs(
     ratio: float | None,
     findings: list[Finding],
     protocol: Protocol,
+    join: Join | None,
 ) -> list[Run]:
     """Read the runs of a table; `only` is the label of the run if no column has labels."""
     name = table.header.file
@@ -307,6 +308,8 @@ def read_runs(
     codes, labels, again = begun_again(codes, labels, numbers["time"], name, findings)
     counters = counters_of(chosen)
     runs = []
+    apart = in_different_rows(numbers)
+    gaps: dict[str, list[tuple[float, int, int]]] = {}
     for label, index in zip(labels, rows_of_runs(codes, len(labels)), strict=True):
         if index[-1] - index[0] + 1 != index.size:
             pieces = int(np.count_nonzero(np.diff(index) > 1)) + 1
@@ -314,11 +317,22 @@ def read_runs(
                 Finding("split_run", name, "run", label, pieces, "pieces joined in file order")
             )
         columns = {quantity: values[index] for quantity, values in numbers.items()}
+        joined = join_rows(columns, LEADING, join) if apart else None
+        if joined is not None:
+            columns, of_run = joined
+            for quantity, (gap_s, paused) in of_run.items():
+                gaps.setdefault(quantity, []).append((gap_s, paused, columns["time"].size))
         run = sound_run(name, label, columns, ratio, findings, counters)
         if run is not None:
             run.sources = dict(chosen)
             run.begins = label in again
             runs.append(run)
+    for quantity, each in gaps.items():
+        action = f"{join} to the rows of the slowest; largest gap {max(each)[0] * 1e3:.4g} ms"
+        paused = sum(one[1] for one in each)
+        action += f"; no value in {paused} rows where it pauses" * bool(paused)
+        count = sum(one[2] for one in each)
+        findings.append(Finding("joined", name, QUANTITIES[quantity].column, None, count, action))
     if not runs:
         found = "no row with numbers for torque and angle"
         known = {q: int(np.count_nonzero(np.isfinite(numbers[q]))) for q in MOVING & set(numbers)}
@@ -327,8 +341,15 @@ def read_runs(
                 f"{count} of {quantity}" for quantity, count in sorted(known.items())
             )
             found = f"numbers in different rows ({counts}), as of topics with clocks of their own"
+            raise InputError(name, "torque_Nm", found, "--join linear, or --join nearest")
         raise InputError(name, "torque_Nm", found, "rows that have both torque and angle")
     return runs
+
+
+def in_different_rows(numbers: Mapping[str, npt.NDArray[np.float64]]) -> bool:
+    """Whether no row has all of the quantities that every row needs."""
+    moving = [np.isfinite(numbers[name]) for name in sorted(MOVING & numbers.keys())]
+    return not np.any(np.all(moving, axis=0))
 
 
 def newest_first(time_s: npt.NDArray[np.float64], codes: npt.NDArray[np.intp]) -> bool:
@@ -352,16 +373,35 @@ def first_appearance(
 def runs_of_blocks(
     file: str, only: str, read: Numbers, findings: list[Finding]
 ) -> tuple[npt.NDArray[np.intp], list[int | str]]:
-    """Separate runs if the clock restarts after every blank line; else one run."""
+    """Separate runs if the clock restarts after every blank line, or only ever at its first stamp.
+
+    A clock that was set back goes elsewhere, and remains in one run.
+    """
     time = read.quantities["time"]
     codes = np.zeros(time.size, dtype=np.intp)
     begin = [row for row in read.blocks if 0 < row < time.size]
+    where = "after every blank line"
+    if not begin:
+        begin, where = restarts(time), "at its first stamp"
     if not begin or len(begin) >= RUNS_MAX or not all(time[row] < time[row - 1] for row in begin):
         return codes, [only]
     codes[begin] = 1
-    action = "no column run; the clock restarts after every blank line: runs numbered from 1"
+    action = f"no column run; the clock restarts {where}: runs numbered from 1"
     findings.append(Finding("runs", file, "run", None, len(begin) + 1, action))
     return np.cumsum(codes), list(range(1, len(begin) + 2))
+
+
+def restarts(time_s: npt.NDArray[np.float64]) -> list[int]:
+    """Rows at which a clock begins again, if it goes back only to its first stamp.
+
+    Every section is longer than a burst of faulty stamps.
+    """
+    known = np.flatnonzero(np.isfinite(time_s))
+    time_s = time_s[known]
+    begin = np.flatnonzero(np.diff(time_s) < 0) + 1
+    again = begin.size and np.all(np.abs(time_s[begin] - time_s[0]) <= forward_step(time_s))
+    long = np.all(np.diff(begin, prepend=0, append=time_s.size) > BURST)
+    return [int(row) for row in known[begin]] if again and long else []
 
 
 def begun_again(

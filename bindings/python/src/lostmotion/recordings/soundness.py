@@ -120,7 +120,7 @@ def sound_run(
             usable &= ~bad
             note("nan", column, count, "rows left out")
         else:
-            note("nan", column, count, "kept; the column is not used for these rows")
+            note("nan", column, count, "kept; the column is interpolated between its readings")
     if not usable.any():
         return None
     misread = np.zeros(usable.size, dtype=bool)

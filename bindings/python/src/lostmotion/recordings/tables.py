@@ -44,7 +44,7 @@ class Header:
     def there_are(self) -> str:
         """List the columns for a message."""
         place = f"; header: {self.place}" if self.place else ""
-        return f"there are {', '.join(self.names)}{place}"
+        return f"there are {', '.join(name or 'one without a name' for name in self.names)}{place}"
 
 
 @dataclass
