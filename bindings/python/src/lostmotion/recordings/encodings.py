@@ -88,8 +88,8 @@ def as_utf8(file: str | Path, raw: bytes, wanted: Collection[str] = ()) -> bytes
 
     UTF-16 and UTF-32 are recognised by their mark, UTF-16 also by its NULs. Bytes that are not
     UTF-8 are read as Windows-1252, which includes Latin-1, or in the encoding in which they have
-    the names of a map, unless the text before them has letters in UTF-8: then they are damage, and
-    remain visible as escapes.
+    the names of a map, unless the text before them has letters in UTF-8, and most are: then they
+    are damage, and remain visible as escapes.
 
     Parameters
     ----------
@@ -130,10 +130,17 @@ def decoded(raw: bytes, wanted: Collection[str] = ()) -> str:
     try:
         return raw.decode()
     except UnicodeDecodeError as error:
-        likely = list(NATIONAL) if raw[: error.start].isascii() else ["utf-8", *NATIONAL]
+        damaged = not raw[: error.start].isascii() and mostly_utf8(raw)
+        likely = ["utf-8", *NATIONAL] if damaged else list(NATIONAL)
         if likely[0] != "utf-8" and not ALONE.search(raw[:LOOKED_AT]):
             likely.sort(key=lambda name: name != "gb18030")
     return raw.decode(max(likely, key=partial(names_in, raw, wanted)), "backslashreplace")
+
+
+def mostly_utf8(raw: bytes) -> bool:
+    """Whether at least as many letters beyond ASCII are UTF-8 as are not: some pairs are both."""
+    letters = [letter for letter in raw.decode("utf-8", "replace") if not letter.isascii()]
+    return 2 * letters.count("\ufffd") <= len(letters)
 
 
 def names_in(raw: bytes, wanted: Collection[str], encoding: str) -> int:
