@@ -19,6 +19,7 @@ from lostmotion.effects.conditions import side_by_side
 from lostmotion.effects.effect import Effect
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.point import Point
+from lostmotion.threads import in_parallel
 
 
 def tangent(effect: Effect, base: BaselineModel, point: Point, ratio: float) -> Candidate:
@@ -41,7 +42,7 @@ def named_candidates(
     """All effects that these recordings can identify, and why others are not testable."""
     c = base.conditions
     present = {term.effect.name for term in base.terms}
-    out: list[Candidate] = []
+    possible: dict[str, Effect] = {}
     closed: dict[str, str] = {}
     for name, effect in effects.items():
         if name in present:
@@ -56,7 +57,12 @@ def named_candidates(
         if effect.is_hysteresis and base.hysteresis.widening is not None:
             closed[name] = GROWS_ALREADY
             continue
-        candidate = tangent(effect, base, point, ratio)
+        possible[name] = effect
+    out: list[Candidate] = []
+    tangents = in_parallel(
+        lambda effect: tangent(effect, base, point, ratio), list(possible.values())
+    )
+    for (name, effect), candidate in zip(possible.items(), tangents, strict=True):
         flat = constant_columns(effect, c)
         if candidate.columns.shape[1] == 0 or flat:
             why = f"constant {', '.join(flat)}" if flat else "it has no influence here"

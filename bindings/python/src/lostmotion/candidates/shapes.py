@@ -6,6 +6,7 @@ states the quantity and the form of the dependence.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -47,9 +48,19 @@ def rank_scale(values: FloatArray) -> FloatArray:
     return np.asarray((middle / (values.size - 1) * 2 - 1)[inverse])
 
 
+def polynomials(values: FloatArray) -> list[FloatArray]:
+    """Polynomials of the ranks of a quantity."""
+    return legendre(rank_scale(values))
+
+
 def legendre(q: FloatArray) -> list[FloatArray]:
     """First three Legendre polynomials."""
     return [q, 1.5 * q * q - 0.5, 2.5 * q**3 - 1.5 * q]
+
+
+def harmonics(angle_rad: FloatArray, orders: Iterable[float]) -> list[FloatArray]:
+    """Cosine and sine of some orders of an angle."""
+    return [wave(order * angle_rad) for order in orders for wave in (np.cos, np.sin)]
 
 
 def varying_parts(base: BaselineModel, point: Point) -> dict[str, FloatArray]:
@@ -91,16 +102,16 @@ def usual_rates(base: BaselineModel) -> FloatArray:
 
 def smooth_shapes(base: BaselineModel, point: Point) -> list[Candidate]:
     """Low-order polynomials of every part over every channel, and low harmonics over the angles."""
+    c = base.conditions
     out = []
     parts = varying_parts(base, point)
     for channel, values in channels(base).items():
-        waves = legendre(rank_scale(values))
+        waves = c.once(("polynomials", channel), polynomials, values)
         for part, tangent in parts.items():
             columns = side_by_side(*(tangent * wave for wave in waves))
             out.append(
                 Candidate(f"{part} by {channel}", False, columns, channel, f"{part}, smooth")
             )
-    c = base.conditions
     for channel in ("input_angle", "output_angle"):
         angle = c.columns.get(f"{channel}_rad")
         if angle is None:
@@ -109,9 +120,8 @@ def smooth_shapes(base: BaselineModel, point: Point) -> list[Candidate]:
             for orders in ((1, 2), (3, 4)):
                 if orders[0] * np.ptp(angle) < SEEN_RAD:
                     continue
-                columns = side_by_side(
-                    *(parts[part] * f(k * angle) for k in orders for f in (np.cos, np.sin))
-                )
+                waves = c.once(("harmonics", channel, orders), harmonics, angle, orders)
+                columns = side_by_side(*(parts[part] * wave for wave in waves))
                 shape = f"{orders[0]} and {orders[1]} per revolution"
                 if part != "lost motion":
                     shape = f"{part}, {shape}"
@@ -130,6 +140,12 @@ def smooth_shapes(base: BaselineModel, point: Point) -> list[Candidate]:
 
 def waves(base: BaselineModel) -> list[Candidate]:
     """Fine scan: ripples over torque, and single orders of the angles."""
+    made = base.conditions.once(("waves", base.largest), make_waves, base)
+    return [replace(wave) for wave in made]
+
+
+def make_waves(base: BaselineModel) -> list[Candidate]:
+    """Compute `waves`."""
     c = base.conditions
     out = []
     span = 2.0 * base.largest
@@ -158,7 +174,7 @@ def waves(base: BaselineModel) -> list[Candidate]:
                 Candidate(
                     f"order {order:g} of {channel}",
                     False,
-                    side_by_side(np.cos(order * angle), np.sin(order * angle)),
+                    side_by_side(*harmonics(angle, [order])),
                     channel,
                     f"{order:g} per revolution",
                     kind="ripple",

@@ -26,6 +26,7 @@ from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.form_error import FormBasis
 from lostmotion.fit.point import Point
 from lostmotion.rms import rms_of
+from lostmotion.threads import both
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
@@ -151,8 +152,11 @@ def make_candidates(
 ) -> tuple[list[Candidate], dict[str, str]]:
     """Named effects and shapes at the fitted baseline model; the waves depend only on the plan."""
     point = base.at()
-    named, closed = named_candidates(effects, base, point, ratio)
-    return [*named, *shapes.smooth_shapes(base, point), *waves, *ripples(base)], closed
+    (named, closed), smooth = both(
+        lambda: named_candidates(effects, base, point, ratio),
+        lambda: shapes.smooth_shapes(base, point),
+    )
+    return [*named, *smooth, *waves, *ripples(base)], closed
 
 
 def make_round(

@@ -19,6 +19,7 @@ from lostmotion.effects.conditions import side_by_side
 from lostmotion.evidence.noise import Noise
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.terms import Additive
+from lostmotion.threads import in_parallel
 from lostmotion.units import ARCSEC, plain_number
 
 FloatArray = npt.NDArray[np.float64]
@@ -169,7 +170,9 @@ def find_events(base: BaselineModel, noise: Noise, within_arcsec: float) -> list
     response = base.residual()
     if base.form_error is not None:
         response -= form_part(base, contest_at(base, noise))
-    best = [scan_run(base, noise, run, columns, response) for run in range(base.conditions.runs)]
+    best = in_parallel(
+        lambda run: scan_run(base, noise, run, columns, response), range(base.conditions.runs)
+    )
     scores = np.array([event.score for event in best])
     for event in sorted(best, key=lambda e: -e.score):
         others = np.delete(scores, event.run)

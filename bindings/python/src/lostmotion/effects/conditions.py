@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +14,8 @@ from lostmotion.recordings import QUANTITIES, Campaign
 from lostmotion.units import ARCSEC
 
 FloatArray = npt.NDArray[np.float64]
+
+Derived = TypeVar("Derived")
 
 RATE_WINDOW = 7
 """Number of samples of the straight line whose slope is a rate: encoders and clocks have steps."""
@@ -56,6 +60,8 @@ class Conditions:
         Arc seconds.
     starts, run_of : ndarray
         Offsets of the runs, and the run of every sample.
+    derived : dict
+        What was computed by `once`.
     """
 
     def __init__(self, campaign: Campaign) -> None:
@@ -67,6 +73,7 @@ class Conditions:
         self.labels = [run.label for run in campaign.runs]
         self.time_s = campaign.column("time")
         self.lost_motion = campaign.column("lost_motion") / ARCSEC
+        self.derived: dict[tuple[object, ...], Any] = {}
         have = campaign.quantities()
         self.columns: dict[str, FloatArray] = {}
         for condition, quantity in MEASURED.items():
@@ -97,6 +104,15 @@ class Conditions:
         """Input angle within one turn, because many turns lose digits in float32."""
         angle = self.columns.get("input_angle_rad")
         return None if angle is None else np.remainder(angle + np.pi, 2 * np.pi) - np.pi
+
+    def once(
+        self, key: tuple[object, ...], compute: Callable[..., Derived], *arguments: Any
+    ) -> Derived:
+        """Result of a function that depends on these conditions and the key alone, called once."""
+        if key not in self.derived:
+            self.derived[key] = compute(*arguments)
+        found: Derived = self.derived[key]
+        return found
 
     @property
     def torque(self) -> FloatArray:
