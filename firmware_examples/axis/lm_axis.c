@@ -120,9 +120,23 @@ static void change_source(lm_axis *a, lm_axis_source source, float commanded_Nm)
   forget_standstill(a);
 }
 
+/* A measured source is in use while it is there, or lost for a short time only. */
+static void measure(lm_axis *a, lm_axis_source source, float commanded_Nm, int there) {
+  a->lost_s = there ? 0 : a->lost_s + a->follow.period_s;
+  if (a->lost_s >= a->follow.stand_s) {
+    change_source(a, LM_AXIS_COMMAND, commanded_Nm);
+  } else if (there) {
+    change_source(a, source, commanded_Nm);
+  }
+  a->source_waits = a->source != source;
+  a->input_missing = a->input_missing || !there;
+}
+
 static float use(lm_axis *a, float torque_Nm) {
   if (is_known(torque_Nm)) {
-    a->feed_off_Nm = a->state == LM_AXIS_OPEN ? 0 : a->feed_off_Nm - a->share * a->feed_off_Nm;
+    a->feed_off_Nm -= a->state == LM_AXIS_OPEN
+                          ? a->feed_off_Nm
+                          : a->feed_off_Nm * a->follow.period_s / LM_AXIS_FEED_S;
     a->torque_Nm = torque_Nm;
     a->feed_Nm = torque_Nm + a->feed_off_Nm;
   }
@@ -144,14 +158,7 @@ float lm_axis_use_sensor(lm_axis *a, float commanded_Nm, float sensed_Nm) {
     return commanded_Nm;
   }
   commanded_Nm = follow_zero(a, commanded_Nm);
-  a->lost_s = finite ? 0 : a->lost_s + a->follow.period_s;
-  if (a->lost_s >= a->follow.stand_s) {
-    change_source(a, LM_AXIS_COMMAND, commanded_Nm);
-  } else if (finite) {
-    change_source(a, LM_AXIS_SENSOR, commanded_Nm);
-  }
-  a->source_waits = a->source != LM_AXIS_SENSOR;
-  a->input_missing = a->input_missing || !finite;
+  measure(a, LM_AXIS_SENSOR, commanded_Nm, finite);
   if (finite && a->source == LM_AXIS_SENSOR) {
     a->beyond_Nm += a->share * (sensed_Nm - commanded_Nm - a->beyond_Nm);
   }
@@ -164,6 +171,8 @@ float lm_axis_use_current(lm_axis *a, const lm_motor *motor, float commanded_Nm,
       motor->ratio * (acceleration_rad_s2 + a->correction.acceleration_rad_s2);
   const float sensed_Nm = lm_estimate_torque(motor, current_A, motor_rad_s, motor_rad_s2);
   const int bears = released && a->state >= LM_AXIS_PAUSED;
+  const int finite = is_known(sensed_Nm);
+  const lm_axis_source before = a->source;
   if (!is_known(commanded_Nm)) {
     return commanded_Nm;
   }
@@ -171,18 +180,18 @@ float lm_axis_use_current(lm_axis *a, const lm_motor *motor, float commanded_Nm,
   a->released_s = bears ? a->released_s + a->follow.period_s : 0;
   if (a->released_s < LM_AXIS_RELEASE_S) {
     change_source(a, LM_AXIS_COMMAND, commanded_Nm);
-  } else if (a->source != LM_AXIS_CURRENT) {
-    change_source(a, LM_AXIS_CURRENT, commanded_Nm);
-    a->bound_Nm = lm_bound_torque(motor, 0);
+    a->source_waits = 1;
+  } else {
+    measure(a, LM_AXIS_CURRENT, commanded_Nm, finite);
   }
-  a->source_waits = a->source != LM_AXIS_CURRENT;
   if (a->source_waits) {
     return use(a, commanded_Nm + a->beyond_Nm);
   }
-  if (is_known(sensed_Nm)) {
+  if (before != LM_AXIS_CURRENT) {
+    a->bound_Nm = lm_bound_torque(motor, 0);
+  }
+  if (finite) {
     a->beyond_Nm += a->share * (sensed_Nm - commanded_Nm - a->beyond_Nm);
-  } else {
-    a->input_missing = 1;
   }
   a->bound_Nm += a->share * (lm_bound_torque(motor, motor_rad_s) - a->bound_Nm);
   return use(a, lm_hold_torque(&a->believed_Nm, commanded_Nm + a->beyond_Nm, a->bound_Nm));
@@ -201,14 +210,16 @@ static void judge_ringing(lm_axis *a) {
   }
 }
 
-/* The target is not that of the actual load, the open motor moves, or its angle is lost. */
+/* The target is not that of the actual load; the open motor moves, is not at the setpoint that the
+ * drive would take, or its angle is lost. */
 #define NOT_TO_CLOSE (LM_STATE_CONDITION_MISSING | LM_STATE_INPUT_REFUSED)
 static lm_axis_wait judge_standstill(lm_axis *a, float motor_over_ratio_rad) {
   const int missing = a->input_missing || (a->correction.status & NOT_TO_CLOSE);
+  const float apart_rad = size(motor_over_ratio_rad - a->setpoint_rad);
   const int moves = a->state == LM_AXIS_OPEN
-                        ? !is_angle(motor_over_ratio_rad) ||
+                        ? !is_angle(motor_over_ratio_rad) || !(apart_rad < LM_AXIS_STILL_RAD) ||
                               !(size(motor_over_ratio_rad - a->stood_at_rad) < LM_AXIS_STILL_RAD)
-                        : !(size(motor_over_ratio_rad - a->setpoint_rad) < LM_AXIS_APART_RAD);
+                        : !(apart_rad < LM_AXIS_APART_RAD);
   a->stood_s = lm_find_standstill(&a->compensator, &a->standstill);
   a->input_missing = 0;
   if (moves || missing) {
@@ -362,9 +373,8 @@ float lm_axis_reference(lm_axis *a, float motor_over_ratio_rad, float angle_rad)
   return size(follows_rad) + lm_bound_uncertainty(&a->compensator);
 }
 
-float lm_axis_index(lm_axis *a, float latched_rad, float index_rad, float stored_zero_rad) {
-  return lm_axis_reference(a, latched_rad,
-                           lm_axis_reported(a, index_rad) - a->zero_rad + stored_zero_rad);
+float lm_axis_index(lm_axis *a, float latched_rad, float index_rad) {
+  return lm_axis_reference(a, latched_rad, index_rad - a->correction.correction_rad);
 }
 
 void lm_axis_payload(lm_axis *a) {

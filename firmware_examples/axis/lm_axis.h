@@ -29,6 +29,10 @@
 /* A motor that is further from the setpoint is not held there: more than a position loop yields. */
 #define LM_AXIS_APART_RAD 0.01f
 
+/* A change of feed_Nm in LM_AXIS_PAUSED has this time constant: longer than the integral time of a
+ * position loop, so that its integrator takes it over. */
+#define LM_AXIS_FEED_S 1.0f
+
 /* A command to close that has waited for longer has expired. */
 #define LM_AXIS_CLOSING_S 5.0f
 
@@ -45,7 +49,8 @@ typedef enum lm_axis_wait {
   LM_AXIS_WAITS_START,     /* LM_AXIS_OFF */
   LM_AXIS_WAITS_LOOP,      /* the loop is open, or, for power-down, closed */
   LM_AXIS_WAITS_CONDITION, /* a condition or the measured torque is missing or not finite */
-  LM_AXIS_WAITS_MOTOR,     /* the motor moves behind the brake, or its angle is not valid */
+  LM_AXIS_WAITS_MOTOR,     /* the motor moves behind the brake, is not at setpoint_rad (a drive that
+                              follows stated so), or its angle is not valid */
   LM_AXIS_WAITS_STAND,     /* the correction has not stood for LM_AXIS_STAND */
   LM_AXIS_WAITS_SOURCE,    /* the brake has not been released for LM_AXIS_RELEASE_S, or the
                               measured torque is not in use */
@@ -117,8 +122,8 @@ lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_axis_
  * (compensator.h: signs); 0 if unknown. They filter at a tenth of the resonance for which the
  * parameters were exported. The torque does not jump when its source or the zero changes: the
  * command keeps the last difference to a measurement, until power-up with beyond_Nm 0. feed_Nm is
- * the torque in use; where that jumps, in LM_AXIS_PAUSED, it follows with the filter: the position
- * loop bears the load already.
+ * the torque in use; where that jumps, in LM_AXIS_PAUSED, it follows with LM_AXIS_FEED_S: the
+ * position loop bears the load already, and its integrator, if any, takes the change over.
  *
  * sensed_Nm: minus the torque of the gear on the link, which a sensor between them measures. Not
  * filtered; between two samples the last one. If it is not finite for the time of LM_AXIS_STAND,
@@ -132,7 +137,7 @@ float lm_axis_use_sensor(lm_axis *a, float commanded_Nm, float sensed_Nm);
  * the output. released: 1 from the command to release the brake to the command to close it, 0
  * otherwise, and from a fault or safe torque off on. The current is used once the brake has been
  * released for LM_AXIS_RELEASE_S in LM_AXIS_PAUSED; until then the torque of the command plus the
- * last difference. */
+ * last difference. A current or a velocity that is not finite: as a lost sensor. */
 float lm_axis_use_current(lm_axis *a, const lm_motor *motor, float commanded_Nm, float current_A,
                           float motor_rad_s, float acceleration_rad_s2, int released);
 
@@ -193,9 +198,9 @@ lm_status lm_axis_change(lm_axis *a, const lm_parameters *parameters, lm_fault *
  */
 float lm_axis_reference(lm_axis *a, float motor_over_ratio_rad, float angle_rad);
 
-/* The index of an incremental encoder: latched_rad: motor / ratio there; index_rad: the same when
- * stored_zero_rad was stored, a constant of the axis. As lm_axis_reference. */
-float lm_axis_index(lm_axis *a, float latched_rad, float index_rad, float stored_zero_rad);
+/* The index of an incremental encoder: latched_rad: motor / ratio there; index_rad: latched_rad +
+ * zero_rad there once the axis is home, a constant of the axis. As lm_axis_reference. */
+float lm_axis_index(lm_axis *a, float latched_rad, float index_rad);
 
 /* Another payload: call it between the last torque of the command without it and the first one with
  * it. The torque in use does not jump: a measured source has the payload from the measurement, and

@@ -16,6 +16,7 @@
 #define PERIOD_S 5e-4f     /* of the parameters */
 #define STAND_TICKS 501    /* LM_AXIS_STAND is 448 */
 #define RELEASE_TICKS 2000 /* LM_AXIS_RELEASE_S */
+#define FEED_TICKS 8000    /* four times LM_AXIS_FEED_S */
 
 /* A motor current: what it adds to the torque of the command, what friction at rest can hide of
  * that, its filter at a tenth of the resonance, and the response for this resonance. */
@@ -160,9 +161,17 @@ static float take_current(joint *j) {
   return resume(j) < 1 ? before_rad : 1;
 }
 
-/* A sensor that is lost and returns moves nothing: after LM_AXIS_STAND its value of before stays,
- * until the axis is paused. */
-static int lose_sensor(joint *j) {
+/* A torque by a sensor or by the current of a motor without friction. */
+static float measure(joint *j, int by_current, float sensed_Nm) {
+  static const lm_motor smooth = {1, 1, 1, 0, 0, 0, 1};
+  return by_current ? lm_axis_use_current(&j->drive, &smooth, LOAD_NM,
+                                          LM_UNKNOWN > sensed_Nm ? -sensed_Nm : sensed_Nm, 0, 0, 1)
+                    : lm_axis_use_sensor(&j->drive, LOAD_NM, sensed_Nm);
+}
+
+/* A measurement that is lost and returns moves nothing: after LM_AXIS_STAND its value of before
+ * stays, until the axis is paused. */
+static int lose_measurement(joint *j, int by_current) {
   const float none = not_a_number();
   float before_rad = 0;
   float torque_Nm = 0;
@@ -170,11 +179,17 @@ static int lose_sensor(joint *j) {
   if (lm_axis_pause(&j->drive)) {
     return 1;
   }
+  for (k = 0; by_current && k < RELEASE_TICKS; ++k) {
+    run(j, 1, measure(j, 1, LOAD_NM), 0);
+  }
   for (k = 0; k < 4 * STAND_TICKS; ++k) {
     const int lost = k >= 2 * STAND_TICKS && k < 3 * STAND_TICKS;
     const float sensed_Nm = lost ? none : LOAD_NM + (k < 3 * STAND_TICKS ? 2.0f : -3.0f);
-    torque_Nm = lm_axis_use_sensor(&j->drive, LOAD_NM, sensed_Nm);
+    torque_Nm = measure(j, by_current, sensed_Nm);
     run(j, 1, torque_Nm, 0);
+    if (k == 3 * STAND_TICKS - 1 && !j->drive.source_waits) {
+      return 1; /* no alarm */
+    }
     if (k == 2 * STAND_TICKS) {
       before_rad = j->motor_rad;
       if (j->drive.state != LM_AXIS_CLOSED || j->drive.source_waits ||
@@ -192,13 +207,13 @@ static int lose_sensor(joint *j) {
   }
   for (k = 0; k < STAND_TICKS; ++k) {
     const float sensed_Nm = k % 3 == 1 ? none : k % 3 == 2 ? LM_UNKNOWN : LOAD_NM;
-    run(j, 1, lm_axis_use_sensor(&j->drive, LOAD_NM, sensed_Nm), 0);
+    run(j, 1, measure(j, by_current, sensed_Nm), 0);
   }
   if (j->drive.state != LM_AXIS_PAUSED || j->drive.waits == LM_AXIS_READY) {
     return 1;
   }
   for (k = 0; k < 2 * STAND_TICKS; ++k) {
-    run(j, 1, lm_axis_use_sensor(&j->drive, LOAD_NM, LOAD_NM), 0);
+    run(j, 1, measure(j, by_current, LOAD_NM), 0);
   }
   return j->drive.state != LM_AXIS_CLOSED || size(j->drive.torque_Nm - LOAD_NM) > 0.01f;
 }
@@ -229,8 +244,11 @@ static int shift_gravity(joint *j) {
   if (size(after_Nm - before_Nm + 4.0f) > 1e-5f || size(j->drive.feed_Nm - before_Nm) > 0.1f) {
     return 1;
   }
-  for (k = 0; k < STAND_TICKS; ++k) {
+  for (k = 0; k < FEED_TICKS; ++k) {
     (void)lm_axis_use_command(&j->drive, LOAD_NM - 4.0f);
+    if (k == FEED_TICKS / 40 && size(j->drive.feed_Nm - before_Nm) > 0.5f) {
+      return 1; /* an integrator of the position loop could not follow */
+    }
   }
   if (size(j->drive.feed_Nm - after_Nm) > 0.1f) {
     return 1;
@@ -414,6 +432,13 @@ static int open_early(joint *j) {
     j->motor_rad = lm_axis_tick(&j->drive, &at, j->motor_rad, 0, 1) - ARRIVED_RAD;
   }
   j->motor_rad += ARRIVED_RAD;
+  /* A drive that is said to follow, and has moved the axis in another mode. */
+  for (k = 0; k < 2 * STAND_TICKS; ++k) {
+    (void)lm_axis_tick(&j->drive, &at, j->motor_rad + (k < STAND_TICKS ? 0.4f : 0), 0, 1);
+    if (k == STAND_TICKS - 1 && lm_axis_close(&j->drive, 1) != LM_AXIS_WAITS_MOTOR) {
+      return 1;
+    }
+  }
   if (size(j->motor_rad - before_rad) > STILL_RAD || close_loop(j) > STILL_RAD ||
       lm_axis_pause(&j->drive)) {
     return 1;
@@ -496,22 +521,25 @@ static int lose_thermometer(joint *j) {
   return j->drive.state != LM_AXIS_CLOSED || size(before_C - 20.1f) > 0.01f;
 }
 
-/* An incremental encoder with another origin after the power-up: the index of the motor gives the
- * stored zero its meaning. A command to close that waits too long has expired. */
+/* An incremental encoder with another origin after each power-up: the index of the motor gives the
+ * zero, whatever the correction is. A command to close that waits too long has expired. */
 static int find_index(joint *j) {
-  const float index_rad = 0.4f;
   const float origin_rad = 0.7f;
-  const float stored_rad = 0.25f;
+  const float latched_rad = 0.4f;
+  const float index_rad = latched_rad + j->drive.zero_rad;
   const lm_conditions at = conditions(LOAD_NM);
   lm_axis axis = j->drive;
   int asked = 0;
-  (void)lm_axis_index(&axis, index_rad - origin_rad, index_rad, stored_rad);
-  if (size(axis.zero_rad - stored_rad - origin_rad) > STILL_RAD) {
-    return 1;
+  int k;
+  for (k = 1; k <= 2; ++k) { /* starts */
+    (void)lm_axis_index(&axis, latched_rad - origin_rad * (float)k, index_rad);
+    if (size(axis.zero_rad - j->drive.zero_rad - origin_rad * (float)k) > STILL_RAD) {
+      return 1;
+    }
   }
   lm_axis_open(&axis);
   while (lm_axis_close(&axis, 1) == LM_AXIS_WAITS_MOTOR || asked == 0) {
-    (void)lm_axis_tick(&axis, &at, asked % 2 ? 0 : index_rad, 0, 0);
+    (void)lm_axis_tick(&axis, &at, asked % 2 ? 0 : latched_rad, 0, 0);
     if (++asked > 20000) {
       return 1;
     }
@@ -791,7 +819,7 @@ int axis_story(float *most_rad) {
   if (moved_rad > STILL_RAD) {
     return 16;
   }
-  if (lose_sensor(&j) || shift_gravity(&j)) {
+  if (lose_measurement(&j, 0) || lose_measurement(&j, 1) || shift_gravity(&j)) {
     return 18;
   }
   if (confuse_planner(&j)) {
