@@ -63,7 +63,9 @@ of friction, the true torque and history, the formulas of the effects, noise and
 the values, nor which effect is hidden. *Scatter estimated*: the same, but with the F test over
 runs of an analyst who has to estimate the scatter from them. An `ambiguous` answer that lists the
 hidden effect and others counts as a wrong name only if they are not confounded for the ideal
-analyst.
+analyst. An effect that is the law of friction of the campaign is no wrong name:
+`load_dependent_friction` if the limits grow with the load, `rate_dependent_friction` with LuGre,
+whose friction falls with the rate.
 """
 
 
