@@ -51,7 +51,8 @@ def check_page(table: str) -> None:
         error = float(cases["move and dwell", fault, "1"][column])
         stated = re.search(re.escape(f"| {row} | ") + r"(\d+) \|", page)
         # A limit cycle depends on the last digits of the fit.
-        assert stated and abs(error - int(stated[1])) <= 1.0, (row, error)
+        assert stated is not None, row
+        assert abs(error - int(stated[1])) <= 1.0, (row, error)
 
 
 def test_watch_leaves_ordinary_duty_alone_and_finds_misuse(made: tuple[Path, list[str]]) -> None:
