@@ -19,7 +19,12 @@ WORKERS_MAX = 8
 
 @contextlib.contextmanager
 def one_thread() -> Iterator[None]:
-    """Limit linear algebra to one thread."""
+    """Limit linear algebra to one thread: its sums depend on the number of threads.
+
+    SciPy's library is loaded first, because one that is loaded later is not limited.
+    """
+    import scipy.linalg  # noqa: F401
+
     with threadpool_limits(1):
         yield
 

@@ -299,12 +299,12 @@ def compare(
     given_as("compare", "campaign", campaign, Campaign)
     campaign.require_variation()
     known = library() if effects is None else effects
-    if isinstance(drive, TorsionCurve):
-        torsion_curve = drive
-    else:
-        torsion_curve = hold_against(campaign, drive)
-        base = base or make_base(drive, campaign, torsion_curve, known)
     with one_thread():
+        if isinstance(drive, TorsionCurve):
+            torsion_curve = drive
+        else:
+            torsion_curve = hold_against(campaign, drive)
+            base = base or make_base(drive, campaign, torsion_curve, known)
         return _compare(
             torsion_curve,
             campaign,

@@ -50,6 +50,7 @@ from lostmotion.recordings.runs_agree import check_runs_agree
 from lostmotion.recordings.soundness import GAP_FACTOR, check_ratio, check_sign, sound_run
 from lostmotion.recordings.tables import Header, Table
 from lostmotion.recordings.wild import set_wild_aside
+from lostmotion.threads import one_thread
 
 LOG = logging.getLogger(__name__)
 
@@ -142,6 +143,7 @@ def recording_files(paths: Iterable[str | Path]) -> list[Path]:
     return found
 
 
+@one_thread()
 def read_campaign(
     paths: str | Path | Iterable[str | Path] | Any,
     *,
