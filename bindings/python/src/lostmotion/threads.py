@@ -9,8 +9,6 @@ from concurrent.futures import ThreadPoolExecutor, wait
 from functools import cache
 from typing import Any, TypeVar
 
-from threadpoolctl import threadpool_limits
-
 Item = TypeVar("Item")
 Answer = TypeVar("Answer")
 
@@ -24,6 +22,7 @@ def one_thread() -> Iterator[None]:
     SciPy's library is loaded first, because one that is loaded later is not limited.
     """
     import scipy.linalg  # noqa: F401
+    from threadpoolctl import threadpool_limits
 
     with threadpool_limits(1):
         yield
