@@ -87,10 +87,10 @@ lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_axis_
   return LM_OK;
 }
 
-/* The torque of the command. A jump with the zero, or with a payload that a measurement has already,
- * is no change of the load: the difference to the measurement compensates it, and without one it is
- * left out until the motor does not move with it. A planner that shifts after the zero may bring the
- * jump some ticks later. */
+/* The torque of the command. A jump with the zero, or with a payload that a measurement has
+ * already, is no change of the load: the difference to the measurement compensates it, and without
+ * one it is left out until the motor does not move with it. A planner that shifts after the zero
+ * may bring the jump some ticks later. */
 static float follow_zero(lm_axis *a, float commanded_Nm) {
   if (a->command_jumps > 0 && a->source == LM_AXIS_COMMAND && a->beyond_Nm == 0) {
     a->jump_Nm = a->torque_Nm - commanded_Nm;

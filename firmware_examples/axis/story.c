@@ -164,8 +164,7 @@ static float take_current(joint *j) {
 /* A torque by a sensor or by the current of a motor without friction. */
 static float measure(joint *j, int by_current, float sensed_Nm) {
   static const lm_motor smooth = {1, 1, 1, 0, 0, 0, 1};
-  return by_current ? lm_axis_use_current(&j->drive, &smooth, LOAD_NM,
-                                          LM_UNKNOWN > sensed_Nm ? -sensed_Nm : sensed_Nm, 0, 0, 1)
+  return by_current ? lm_axis_use_current(&j->drive, &smooth, LOAD_NM, -sensed_Nm, 0, 0, 1)
                     : lm_axis_use_sensor(&j->drive, LOAD_NM, sensed_Nm);
 }
 
@@ -316,8 +315,9 @@ static int confuse_planner(joint *j) {
   if (size(j->drive.follow.late_rad) > 0) {
     return 1;
   }
-  /* A small shift that the planner makes or does not make, a planner that begins beside the command:
-   * no step, and in the end the axis is where the planner is. A turn of the origin is none. */
+  /* A small shift that the planner makes or does not make, a planner that begins beside the
+   * command: no step, and in the end the axis is where the planner is. A turn of the origin is
+   * none. */
   for (k = 0; k < 4; ++k) {
     const float beside_rad = k % 2 ? NEAR_RAD : -NEAR_RAD;
     if (k < 2) {
@@ -454,8 +454,8 @@ static int open_early(joint *j) {
   return j->drive.state != LM_AXIS_PAUSED || join(j) > STILL_RAD;
 }
 
-/* The wish steps, or is missing for some ticks and continues, while the axis moves: no jump, whatever
- * the planner does; after it the planner begins at the command. */
+/* The wish steps, or is missing for some ticks and continues, while the axis moves: no jump,
+ * whatever the planner does; after it the planner begins at the command. */
 static int lose_wish(joint *j, int ticks, float step_rad) {
   const lm_conditions at = conditions(LOAD_NM);
   const float none = not_a_number();

@@ -10,9 +10,9 @@
  * The drive adds 0x60B0 to its position demand and 0x60B1 to its velocity demand, so the target
  * is the output angle, and the measured output angle is (0x6064 - 0x60B0) in increments. (If the
  * drive reports 0x6064 without the offset, set reports_offset to 0: before the drive is enabled for
- * the first time, with the brake on, send another 0x60B0; if 0x6064 changes, it does.) Increments: 0x608F encoder
- * increments per motor turn times the gear's ratio over one turn of the output; 0x6091 and 0x6092
- * are assumed to be 1. Velocity is in increments per second.
+ * the first time, with the brake on, send another 0x60B0; if 0x6064 changes, it does.) Increments:
+ * 0x608F encoder increments per motor turn times the gear's ratio over one turn of the output;
+ * 0x6091 and 0x6092 are assumed to be 1. Velocity is in increments per second.
  *
  * An offset is an absolute number, rounded to the nearest increment: rounding errors do not
  * accumulate. Set points take effect one sync period after they were sent; the correction has the
@@ -24,8 +24,8 @@
  * the period of the parameters. In modes PP, HM and CSV drives ignore 0x60B0 or add it
  * differently: keep the compensator in LM_MODE_HOLD (cia402_set_mode) while the drive homes itself
  * (mode HM). Then, while it is disabled, LM_MODE_RUN and cia402_reference; enable it in CSP. While
- * 0x6061 is not 8 the drive is not enabled, or the target follows the output; back in CSP the motor is held until the correction
- * stands, and the planner starts at command_rad.
+ * 0x6061 is not 8 the drive is not enabled, or the target follows the output; back in CSP the motor
+ * is held until the correction stands, and the planner starts at command_rad.
  */
 #ifndef CIA402_H
 #define CIA402_H

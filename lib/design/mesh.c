@@ -345,9 +345,9 @@ static void look_between(const flank_pair *pair, const flank_point *low, const f
   }
 }
 
-/* A gap that the flank does not fall below between two samples with a corner between them. A corner is the edge of two smooth
- * flanks, so the gap falls no faster between the samples than at them; only the end of the generated
- * flank is steeper. */
+/* A gap that the flank does not fall below between two samples with a corner between them. A corner
+ * is the edge of two smooth flanks, so the gap falls no faster between the samples than at them;
+ * only the end of the generated flank is steeper. */
 static lm_real floor_between(const flank_point *low, const flank_point *high) {
   const lm_real below = low->gap_rad < high->gap_rad ? low->gap_rad : high->gap_rad;
   const lm_real a = real_fabs(low->gap_slope);

@@ -523,9 +523,9 @@ static lm_status add_chains(const lm_drive *drive, const lm_mesh_state *state, l
   return LM_OK;
 }
 
-/* Pairs whose gap exceeds the nearest one by more than this are left out at first. Chosen for speed:
- * of three searches (docs/profiles.md) hardly any design has a pair beyond that carries; the result
- * does not depend on it. */
+/* Pairs whose gap exceeds the nearest one by more than this are left out at first. Chosen for
+ * speed: of three searches (docs/profiles.md) hardly any design has a pair beyond that carries; the
+ * result does not depend on it. */
 #define NEAR_RAD (LM_PI / LM_REAL(7200)) /* 1.5 arcmin */
 
 /* Whether every contact of a list has its exact gap. */

@@ -152,3 +152,20 @@ def test_ratio_map_and_protocol_count_as_for_files() -> None:
     assert [run.label for run in campaign.runs] == ["bench"]
     with pytest.raises(InputError, match="table: T: found no such column"):
         Campaign.from_table(columns, ratio=100, mapping={"T": "time_s"})
+
+
+@pytest.mark.parametrize("read", [read_campaign, Campaign.from_table])
+def test_channels_in_rows_of_their_own_are_joined_on_request(read: Callable[..., Campaign]) -> None:
+    time_s = np.arange(60) * 0.1
+    apart = np.where(np.arange(60) % 2 == 0, 1.0, np.nan)
+    table = {
+        "time_s": time_s,
+        "torque_Nm": 10.0 * np.sin(time_s) * apart,
+        "lost_motion_arcmin": np.sin(time_s) * apart[::-1],
+    }
+    with pytest.raises(InputError, match=r"different rows .*--join linear"):
+        read(table)
+    joined = read(table, join="linear")
+    assert joined.rows == 29
+    (run,) = joined.runs
+    assert run.columns["torque"] == pytest.approx(10.0 * np.sin(run.time_s), abs=0.06)

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+import os
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -84,6 +87,23 @@ def test_work_in_parallel_may_have_parts_that_are_done_in_parallel():
         return 1 + sum(in_parallel(depth, [levels - 1] * 3)) if levels else 1
 
     assert depth(4) == 121
+
+
+def test_every_library_of_linear_algebra_is_limited_whenever_it_is_loaded():
+    code = (
+        "from lostmotion.threads import one_thread; import numpy, threadpoolctl\n"
+        "with one_thread():\n"
+        "    import scipy.linalg\n"
+        "    print(sorted({one['num_threads'] for one in threadpoolctl.threadpool_info()}))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env={**os.environ, "OPENBLAS_NUM_THREADS": "2"},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stdout == "[1]\n"
 
 
 def test_an_error_of_work_in_parallel_is_that_of_the_work():

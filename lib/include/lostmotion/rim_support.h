@@ -26,9 +26,9 @@ lm_real lm_free_ring_yield(lm_real radius_mm, lm_real stiffness_N_mm2, lm_real a
  * sides, d/dQ of 4.36e-4 Q^(2/3) D^(-1/3)), mm/N. */
 lm_real lm_ball_compliance(lm_real ball_diameter_mm, lm_real force_N);
 
-/* Fill hold of *foundation for the teeth `first` .. `last` of a lobe, in rising order, and yield for
- * their distances, from the mesh of the middle section. Times support.ring_factor. Reads a checked
- * drive. LM_NULL, LM_OUT_OF_RANGE ("teeth"). */
+/* Fill hold of *foundation for the teeth `first` .. `last` of a lobe, in rising order, and yield
+ * for their distances, from the mesh of the middle section. Times support.ring_factor. Reads a
+ * checked drive. LM_NULL, LM_OUT_OF_RANGE ("teeth"). */
 lm_status lm_make_rim_support(const lm_drive *drive, const lm_mesh *mesh,
                               const lm_clearance teeth[], int first, int last,
                               lm_foundation *foundation, lm_fault *fault);

@@ -47,8 +47,8 @@
  *     use;
  *   - do not use the estimate while a brake holds the motor, nor in the first second after: its
  *     current is zero and the gear still bears the load. Take the torque of the command (gravity at
- *     the commanded angle, which is the reported one while the loop is open) or, if it is not known,
- *     keep that from before;
+ *     the commanded angle, which is the reported one while the loop is open) or, if it is not
+ *     known, keep that from before;
  *   - or take the torque from the command: gravity, inertia and lm_guess_torque.
  *
  * If the correction rings nevertheless, this is detected and the correction is slowed

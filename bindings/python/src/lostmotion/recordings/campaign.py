@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +15,9 @@ from lostmotion.recordings.findings import Finding
 from lostmotion.recordings.protocol import FREE
 from lostmotion.recordings.protocol import Protocol as Locked
 from lostmotion.recordings.quantities import QUANTITIES
+
+if TYPE_CHECKING:
+    from lostmotion.recordings.joining import Join
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -141,6 +144,7 @@ class Campaign:
         ratio: float | None = None,
         mapping: Mapping[str, str] | None = None,
         protocol: Locked = FREE,
+        join: Join | None = None,
         name: str = "table",
     ) -> Campaign:
         """Make a campaign of data in memory, with the checks and findings of `read_campaign`.
@@ -153,7 +157,7 @@ class Campaign:
             columns are named as in a file, with one row per sample; a column ``run`` numbers the
             recordings. They have equal lengths; None, NaN and NA are missing values; columns of
             date and time are time stamps.
-        ratio, mapping, protocol
+        ratio, mapping, protocol, join
             As of `read_campaign`.
         name : str, optional
             Name of the data in messages and findings; also the label of the run if there is no such
@@ -177,7 +181,7 @@ class Campaign:
         <Campaign: 3 samples in 1 runs, 0 findings>
         """
         (read,) = _TABLE_READERS
-        return read(data, ratio=ratio, mapping=mapping, protocol=protocol, name=name)
+        return read(data, ratio=ratio, mapping=mapping, protocol=protocol, join=join, name=name)
 
     def __repr__(self) -> str:
         """Summarise the campaign."""

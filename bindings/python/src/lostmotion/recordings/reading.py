@@ -169,7 +169,8 @@ def read_campaign(
     protocol : Protocol, optional
         Which side was locked, and the motor's torque constant; by default neither side.
     join : {"nearest", "linear"}, optional
-        Resampling of columns of a ROS 2 bag with different stamps; without it they are refused.
+        Resampling of channels with different stamps, in a ROS 2 bag or in different rows of a
+        table; without it they are refused.
 
     Returns
     -------
@@ -182,7 +183,7 @@ def read_campaign(
         Names file, column, what was found and what was expected.
     """
     if has_columns(paths):
-        return campaign_of_table(paths, ratio=ratio, mapping=mapping, protocol=protocol)
+        return campaign_of_table(paths, ratio=ratio, mapping=mapping, protocol=protocol, join=join)
     if isinstance(paths, (str, Path)):
         paths = [paths]
     paths = list(paths)
@@ -200,12 +201,14 @@ def read_campaign(
     return judged(runs, findings, ratio)
 
 
+@one_thread()
 def campaign_of_table(
     data: Any,
     *,
     ratio: float | None = None,
     mapping: Mapping[str, str] | None = None,
     protocol: Protocol = FREE,
+    join: Join | None = None,
     name: str = "table",
 ) -> Campaign:
     """Make a campaign of data in memory, as `Campaign.from_table` says."""
@@ -213,7 +216,7 @@ def campaign_of_table(
     table = MemoryTable(name, data)
     refuse_unmapped([table.header], 1, names)
     findings: list[Finding] = []
-    runs = read_runs(table, Path(name).name.split(".")[0], names, ratio, findings, protocol, None)
+    runs = read_runs(table, Path(name).name.split(".")[0], names, ratio, findings, protocol, join)
     return judged(runs, findings, ratio)
 
 
