@@ -545,20 +545,72 @@ def look(view: View, name: str, width: int) -> None:
     view.size(width)
 
 
+@pytest.fixture(scope="module")
+def axe(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """The accessibility checker axe-core from npm's registry."""
+    if shutil.which("npm") is None:
+        pytest.skip("npm not installed: axe-core comes from its registry")
+    folder = tmp_path_factory.mktemp("axe")
+    done = subprocess.run(
+        ["npm", "pack", "--silent", "axe-core@4"], cwd=folder, capture_output=True, text=True,
+        check=False, timeout=120,
+    )  # fmt: skip
+    if done.returncode != 0:
+        pytest.skip("npm's registry was not reached: axe-core comes from there")
+    with tarfile.open(folder / done.stdout.strip().splitlines()[-1]) as archive:
+        script = archive.extractfile("package/axe.min.js")
+        assert script is not None
+        return script.read().decode()
+
+
+AXE = """
+const done = arguments[0];
+axe.run({runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa']}).then(result => done(
+  result.violations.map(one => one.id + ': ' + one.nodes.map(node => node.html).join(' ... '))));
+"""
+"""Violations of the guidelines for accessible pages (WCAG 2.1, levels A and AA)."""
+
+
+AT_REST = """
+const dark = document.body.classList.contains('body--dark');
+return dark === (arguments[0] === 'dark') && !document.getAnimations().length;
+"""
+"""Whether the page has the colours of a scheme, and no transition is running."""
+
+
+def keeps_the_guidelines(view: View, where: str) -> None:
+    """Check a page with axe-core, in light and in dark colours."""
+    for scheme in ("light", "dark"):
+        view.scheme(scheme)
+        view.wait(partial(view.driver.execute_script, AT_REST, scheme), f"the {scheme} colours")
+        assert view.driver.execute_async_script(AXE) == [], f"{where}, {scheme}"
+
+
 @needs_driver
-def test_nothing_is_cut_off_or_overlaps_at_either_width(
-    view: View, short: Path, tmp_path: Path
+def test_every_tab_fits_and_keeps_the_guidelines_for_accessible_pages_at_either_width(
+    view: View, short: Path, tmp_path: Path, axe: str
 ) -> None:
     (tmp_path / "spec.toml").write_text(SPEC.replace("12000", "1000"))
     reference = TESTS / "data" / "drives" / "reference_a.toml"
 
     with serving(tmp_path) as address:
         view.driver.get(address)
+        view.driver.execute_script(axe)
         for width in WIDTHS:
             view.size(width)
             for tab in TABS:
                 view.turn_to(tab)
                 look(view, f"Empty {tab}", width)
+                if width == WIDTHS[-1]:
+                    keeps_the_guidelines(view, f"empty {tab} at {width}")
+        # The button, which the keyboard reaches, opens the file dialog.
+        view.driver.execute_script(
+            "HTMLInputElement.prototype.click = function () { window.picked = this.type }"
+        )
+        view.press("Choose files")
+        view.wait(
+            lambda: view.driver.execute_script("return window.picked") == "file", "the dialog"
+        )
         view.type("drive file", "/a/folder/with/a/long/name/that/does/not/exist/joint.toml")
         view.press("Load")
         view.wait(lambda: "no such file" in view.text(".message"), "the message")
@@ -585,11 +637,14 @@ def test_nothing_is_cut_off_or_overlaps_at_either_width(
         view.wait(lambda: "finished" in view.text("#live"), "the end of the search")
         view.point(view.wait(lambda: view.all(DOTS), "the front")[0])
         view.wait(lambda: "Margins" in view.text("#design"), "the design behind a dot")
+        view.driver.execute_script(axe)
         for width in WIDTHS:
             view.size(width)
             for tab in TABS:
                 view.turn_to(tab)
+                view.idle()
                 look(view, tab, width)
+                keeps_the_guidelines(view, f"{tab} at {width}")
         view.type("drive file", str(reference))
         view.type("recordings, files or folders", "")
         view.press("Load")
@@ -660,38 +715,6 @@ def test_without_its_library_one_line_states_how_to_get_it(tmp_path: Path) -> No
     )
 
 
-@pytest.fixture(scope="module")
-def axe(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """The accessibility checker axe-core from npm's registry."""
-    if shutil.which("npm") is None:
-        pytest.skip("npm not installed: axe-core comes from its registry")
-    folder = tmp_path_factory.mktemp("axe")
-    done = subprocess.run(
-        ["npm", "pack", "--silent", "axe-core@4"], cwd=folder, capture_output=True, text=True,
-        check=False, timeout=120,
-    )  # fmt: skip
-    if done.returncode != 0:
-        pytest.skip("npm's registry was not reached: axe-core comes from there")
-    with tarfile.open(folder / done.stdout.strip().splitlines()[-1]) as archive:
-        script = archive.extractfile("package/axe.min.js")
-        assert script is not None
-        return script.read().decode()
-
-
-AXE = """
-const done = arguments[0];
-axe.run({runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa']}).then(result => done(
-  result.violations.map(one => one.id + ': ' + one.nodes.map(node => node.html).join(' ... '))));
-"""
-"""Violations of the guidelines for accessible pages (WCAG 2.1, levels A and AA)."""
-
-
-AT_REST = """
-const dark = document.body.classList.contains('body--dark');
-return dark === (arguments[0] === 'dark') && !document.getAnimations().length;
-"""
-"""Whether the page has the colours of a scheme, and no transition is running."""
-
 SHOWN = """
 return arguments[0].closest('.q-field').textContent.replace('arrow_drop_down', '').trim();
 """
@@ -742,14 +765,11 @@ def test_columns_with_other_names_are_mapped_in_the_table(
 
         view.wait(chosen, f"{option} in {label}")
 
-    def keeps_the_guidelines() -> None:
-        for scheme, width in itertools.product(("light", "dark"), WIDTHS):
+    def fits_and_keeps_the_guidelines() -> None:
+        for width in WIDTHS:
             view.size(width)
-            view.scheme(scheme)
-            at_rest = partial(view.driver.execute_script, AT_REST, scheme)
-            view.wait(at_rest, f"the {scheme} colours")
-            assert view.driver.execute_async_script(AXE) == [], f"{width}, {scheme}"
-            assert not view.driver.execute_script(CUT), f"{width}, {scheme}"
+            keeps_the_guidelines(view, str(width))
+            assert not view.driver.execute_script(CUT), width
         view.size(WIDTHS[0])
 
     with serving(tmp_path) as address:
@@ -761,7 +781,7 @@ def test_columns_with_other_names_are_mapped_in_the_table(
         view.wait(lambda: "missing: torque_Nm" in view.text("#panel-columns"), "the columns")
         view.idle()
         view.driver.execute_script(axe)
-        keeps_the_guidelines()
+        fits_and_keeps_the_guidelines()
         choose("Load cell is", "torque")
         view.wait(lambda: "no unit; expected a torque" in view.text("tr.fault"), "the reason")
         focused = "return document.activeElement.id"
@@ -772,7 +792,7 @@ def test_columns_with_other_names_are_mapped_in_the_table(
                 view.wait(lambda c=column: view.all(f"[aria-label='unit of {c}']"), "the units")
                 choose(f"unit of {column}", unit)
         view.wait(lambda: "7 of 7 columns are used" in view.text("#panel-columns"), "the columns")
-        keeps_the_guidelines()
+        fits_and_keeps_the_guidelines()
         pasted = view.text(".paste")
         view.press("Load with these columns")
         rms = view.wait(view.rms, "the comparison")
@@ -781,33 +801,3 @@ def test_columns_with_other_names_are_mapped_in_the_table(
     assert command(*words[1:], folder=tmp_path).returncode == 0
     done = command("compare", "drive.toml", *words[2:], "--json", "-", folder=tmp_path)
     assert json.loads(done.stdout)["rms_arcsec"] == pytest.approx(rms, abs=0.006)
-
-
-@needs_driver
-def test_every_tab_keeps_the_guidelines_for_accessible_pages(
-    view: View, short: Path, tmp_path: Path, axe: str
-) -> None:
-    with serving(tmp_path, short / "joint.toml", short / "joint.csv") as address:
-        view.driver.get(address)
-        view.wait(lambda: "8 runs" in view.text(".top"), "the recordings")
-        view.idle()
-        view.driver.execute_script(axe)
-        for scheme, width in itertools.product(("light", "dark"), WIDTHS):
-            view.size(width)
-            view.scheme(scheme)
-            for tab in TABS:
-                view.turn_to(tab)
-                view.idle()
-                at_rest = partial(view.driver.execute_script, AT_REST, scheme)
-                view.wait(at_rest, "the end of the transitions")
-                found = view.driver.execute_async_script(AXE)
-                assert found == [], f"{tab} at {width}, {scheme}"
-        # The button, which the keyboard reaches, opens the file dialog.
-        view.driver.execute_script(
-            "HTMLInputElement.prototype.click = function () { window.picked = this.type }"
-        )
-        view.press("Choose files")
-        view.wait(
-            lambda: view.driver.execute_script("return window.picked") == "file", "the dialog"
-        )
-        view.driver.get("about:blank")
