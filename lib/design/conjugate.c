@@ -743,20 +743,23 @@ static void prepare_evaluation(lm_conjugate *c) {
   }
 }
 
-/* Shift and backlash move the finished flank. */
+/* Shift and backlash move the finished flank. A tool that is displaced radially cuts the same width
+ * at another radius, so the angle of the flank falls as 1 / radius. */
 static void displace(lm_conjugate *c, lm_real shift_mm, lm_real backlash_mm) {
   int i;
   for (i = 0; i <= c->intervals; i++) {
     const lm_real radius = radius_at(c, c->place[i]);
-    const lm_real turn = backlash_mm / radius;
-    /* -backlash / radius^2 per mm */
-    const lm_real slope = turn / radius * LM_REAL(2) * (c->top_mm - c->low_mm) * c->place[i];
-    c->half_angle_rad[i] += turn;
+    const lm_real by_place = LM_REAL(-2) * (c->top_mm - c->low_mm) * c->place[i];
+    const lm_real moved = radius + shift_mm;
+    const lm_real share = radius / moved;
+    const lm_real turn = backlash_mm / moved;
+    const lm_real slope = (c->half_angle_rad[i] * shift_mm / moved - turn) / moved * by_place;
+    c->half_angle_rad[i] = c->half_angle_rad[i] * share + turn;
     if (i < c->intervals) {
-      c->slope_low[i] += slope;
+      c->slope_low[i] = c->slope_low[i] * share + slope;
     }
     if (i > 0) {
-      c->slope_high[i - 1] += slope;
+      c->slope_high[i - 1] = c->slope_high[i - 1] * share + slope;
     }
   }
   for (i = 0; i < c->corners; i++) {

@@ -441,9 +441,19 @@ static void shift_and_backlash_displace_the_flank(void) {
   /* The land is radial. */
   (void)lm_conjugate_half_angle(&moved, moved.top_mm, &out);
   ASSERT_NEAR(0, 0, out);
-  /* A shift moves the flank radially. */
-  ACCEPTED(lm_make_conjugate(&flank, &geometry, &line, LM_REAL(0.01), 0, &moved, &fault));
-  ASSERT_NEAR(BOUND(1e-9, 1e-4), plain.top_mm + LM_REAL(0.01), moved.top_mm);
+  /* A shift moves the flank radially; the width of the space remains. */
+  geometry.rigid_tip_mm += LM_REAL(0.1);
+  ACCEPTED(lm_make_conjugate(&flank, &geometry, &line, LM_REAL(0.1), 0, &moved, &fault));
+  ASSERT_NEAR(BOUND(1e-9, 1e-4), plain.top_mm + LM_REAL(0.1), moved.top_mm);
+  for (i = 1; i < 20; i++) {
+    const lm_real radius = plain.low_mm + (plain.land_mm - plain.low_mm) * LM_REAL(i) / LM_REAL(20);
+    lm_real tangent;
+    const lm_real half = lm_conjugate_half_angle(&plain, radius, &out);
+    const lm_real at = lm_conjugate_half_angle(&moved, radius + LM_REAL(0.1), &tangent);
+    ASSERT_NEAR(BOUND(1e-8, 1e-5), half * radius, at * (radius + LM_REAL(0.1)));
+    /* the angle of the flank against its own radius, plus the turn of the radius */
+    ASSERT_NEAR(BOUND(1e-6, 1e-4), out - half, tangent - at);
+  }
 }
 
 static void tips_that_do_not_reach_are_refused(void) {

@@ -13,9 +13,9 @@ from lostmotion.cli import main
 from lostmotion.design.textbook import textbook_drive
 from lostmotion.drawing.files import curves_of
 from lostmotion.drawing.measures import base_half_angle, involute, pin_measure, span_measure
-from lostmotion.drawing.profiles import gear_profiles
 from lostmotion.drives import format_toml, parse_drive
 from lostmotion.model import DesignModel, design_model
+from lostmotion.report.gear_profiles import gear_profiles
 
 GENERATORS = ("cosine", "discs", "rollers", "ring")
 

@@ -22,10 +22,10 @@ from scipy.optimize import brentq
 from conftest import NO_SEARCH
 from lostmotion import design
 from lostmotion.drawing.measures import drawing_table
-from lostmotion.drawing.profiles import gear_profiles
 from lostmotion.drives import parse_drive, read_drive
 from lostmotion.errors import InputError
 from lostmotion.model import DesignModel
+from lostmotion.report.gear_profiles import gear_profiles
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from brute_force import arcs, polygons
@@ -299,9 +299,9 @@ def test_points_of_arcs_have_the_clearances_of_the_arcs(tmp_path: Path) -> None:
         assert model.torsion_curve([-5.0, 5.0]) is not None
 
 
-def space_of_the_published_arcs() -> list[list[float]]:
-    """Points of the circular spline that they generate, from below its tip to its land."""
-    model, mesh = made_mesh(published_document())
+def space_of(document: dict[str, Any]) -> list[list[float]]:
+    """Points of the circular spline that arcs generate, from below its tip to its land."""
+    model, mesh = made_mesh(document)
     table = mesh.conjugate
     radii = np.linspace(table.low_mm - 0.02, table.land_mm, 129)
     half = [model.core.lib.lm_rigid_flank_at(mesh, float(r)).half_angle_rad for r in radii]
@@ -312,7 +312,7 @@ def spaced_document(own: str, **flank: Any) -> dict[str, Any]:
     """The published joint with a circular spline of points."""
     document = published_document()
     document["design"]["teeth"].update(flexspline_flank=own, rigid_flank="points")
-    document["design"]["flank"] = {"rigid_points": space_of_the_published_arcs(), **flank}
+    document["design"]["flank"] = {"rigid_points": space_of(published_document()), **flank}
     return document
 
 
@@ -356,8 +356,24 @@ def test_a_circular_spline_generates_the_flexspline_that_generated_it() -> None:
     assert np.max(np.abs(found - swept)) < BAR_MODULES * 0.5
 
 
+def test_a_circular_spline_generates_the_flexspline_at_the_shifts_of_both() -> None:
+    """The tool of the circular spline is displaced by what its points lack. On the deformation axis
+    the corner of its tip cuts deeper than the arcs."""
+    document = published_document()
+    document["design"]["teeth"]["flexspline_shift"] = 0.2
+    arcs_drive = DesignModel(parse_drive(document).design).clearances()
+    lower = [[x, y - 0.05] for x, y in space_of(document)]
+    document = spaced_document("conjugate", rigid_points=lower)
+    document["design"]["teeth"].update(flexspline_shift=0.2, rigid_shift=0.1)
+    found = DesignModel(parse_drive(document).design).clearances().forward_rad
+    met = np.isfinite(arcs_drive.forward_rad)
+    assert np.array_equal(met, np.isfinite(found))
+    met &= np.abs(arcs_drive.angle_rad) > math.radians(5)
+    assert np.allclose(found[met], arcs_drive.forward_rad[met], rtol=0, atol=1e-3 * ARCMIN)
+
+
 def test_a_circular_spline_of_points_that_makes_no_mesh_is_refused() -> None:
-    points = space_of_the_published_arcs()
+    points = space_of(published_document())
     for document, said in (
         (spaced_document("conjugate", rigid_points=points[:90]), "rigid_points and design.teeth"),
         (spaced_document("conjugate", rigid_points=points[20:]), "rigid_points and design.teeth"),
@@ -588,10 +604,15 @@ def made_outline(model: DesignModel, mesh: Any, rigid: bool) -> Any:
     return outline
 
 
-@pytest.mark.parametrize("kind", ["arcs", "s_teeth", "full_fillet"])
+@pytest.mark.parametrize("kind", ["arcs", "s_teeth", "points", "rigid_points", "full_fillet"])
 def test_the_outline_that_bends_is_the_one_that_is_drawn(kind: str) -> None:
     """The drawing finds its fillet with a root finder, on the same flanks."""
-    document = s_document(s_M=1.6) if kind == "s_teeth" else published_document()
+    drawn = {
+        "s_teeth": lambda: s_document(s_M=1.6),
+        "points": lambda: pointed_document(points_of_the_published_arcs()),
+        "rigid_points": lambda: spaced_document("double_arc", **PUBLISHED),
+    }
+    document = drawn.get(kind, published_document)()
     if kind == "full_fillet":  # the rack's tip radius is too large for the width of the space
         document["design"]["teeth"].update(root_clearance=0.4, tooth_height=1.6)
     model, mesh = made_mesh(document)

@@ -49,8 +49,8 @@ class _Motion:
         c.call(lib.lm_make_geometry, teeth, deflection, rim, geometry)
         shape = (drive.teeth.deformation, geometry.neutral_mm, deflection)
         c.call(lib.lm_make_neutral_line, generator, *shape, lib.LM_NEUTRAL_LINE_NODES, line)
-        flank = flank_points(points, c.bits)
-        c.call(lib.lm_tabulate_rigid_points, flank, geometry, 0.0, 0.0, table)
+        flank, shift = flank_points(points, c.bits), drive.teeth.rigid_shift * geometry.module_mm
+        c.call(lib.lm_tabulate_rigid_points, flank, geometry, shift, 0.0, table)
         count = table.intervals
         slope = [*list(table.slope_low)[:count], table.slope_high[count - 1]]
         place, half = (list(values)[: count + 1] for values in (table.place, table.half_angle_rad))
@@ -115,6 +115,8 @@ class _Motion:
 def generate(drive: Any, rigid_points: Points) -> Points:
     """Points of the flexspline's flank that a circular spline leaves free, root to tip.
 
+    As for all points of a flank, y is that of a tool without shift: the library adds the shift.
+
     Parameters
     ----------
     drive : cdata
@@ -135,7 +137,8 @@ def generate(drive: Any, rigid_points: Points) -> Points:
     land = deepest + c.lib.LM_CONJUGATE_LAND * (g.flexspline_tip_mm - deepest)
     heights = np.linspace(g.flexspline_root_mm, g.flexspline_tip_mm, c.lib.LM_FLANK_POINTS_MAX)
     half = [motion.closest(max(y, land) - g.neutral_mm, scanned) for y in heights]
-    return tuple(zip(map(float, half), map(float, heights), strict=True))
+    unshifted = heights - drive.teeth.flexspline_shift * g.module_mm
+    return tuple(zip(map(float, half), map(float, unshifted), strict=True))
 
 
 @functools.lru_cache(maxsize=64)

@@ -6,11 +6,12 @@ import io
 from collections.abc import Mapping
 from pathlib import Path
 
+from lostmotion.drawing.contours import rim_contours
 from lostmotion.drawing.measures import Row, drawing_table, shown
-from lostmotion.drawing.profiles import gear_profiles, rim_contours
 from lostmotion.errors import LostMotionError
 from lostmotion.files import write_whole
 from lostmotion.model import DesignModel
+from lostmotion.report.gear_profiles import gear_profiles
 from lostmotion.report.page import Block, PageTable, Section, render
 from lostmotion.report.svg import Array
 

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
-from lostmotion.drawing.profiles import GearProfile, gear_profiles
 from lostmotion.model import DesignModel
+from lostmotion.report.gear_profiles import GearProfile, gear_profiles
 from lostmotion.report.mesh import make_mesh
 
 PIN_STEP_MM = 0.01

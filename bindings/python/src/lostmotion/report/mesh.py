@@ -1,4 +1,4 @@
-"""The teeth of a design as placed by the C library: outlines and first contacts, in mm."""
+"""The mesh of a design as placed by the C library: flanks and first contacts, in mm."""
 
 from __future__ import annotations
 
@@ -10,11 +10,8 @@ from typing import Any
 import numpy as np
 
 from lostmotion.model import DesignModel
-from lostmotion.report.svg import Array, simplify
+from lostmotion.report.svg import Array
 from lostmotion.structs import GENERATORS
-
-FLANK_POINTS = 12
-"""Points of a drawn flank."""
 
 
 @dataclass
@@ -96,96 +93,6 @@ def make_mesh(model: DesignModel, phase_rad: float = 0.0) -> Mesh:
     mesh = c.ffi.new("lm_mesh *")
     c.call(c.lib.lm_make_mesh, model.drive, 1.0, c.lib.LM_NEUTRAL_LINE_NODES, mesh)
     return Mesh(model, mesh, phase_rad)
-
-
-def tooth_outline(mesh: Mesh) -> Array:
-    """Outline of one pitch of the flexspline in the frame of its tooth or space.
-
-    Returns
-    -------
-    ndarray, shape (n, 2)
-        Across and along the axis of the tooth (internal) or space (external), mm, at growing
-        angles; the origin lies on the neutral line. Root corners are sharp: the fillet of the
-        cutter is not part of the model.
-    """
-    inner = min(mesh.geometry.flexspline_root_mm, mesh.geometry.flexspline_tip_mm)
-    outer = max(mesh.geometry.flexspline_root_mm, mesh.geometry.flexspline_tip_mm)
-    # The wide end of the profile is inward for a tooth as well as for a space.
-    radius = np.linspace(inner, outer, FLANK_POINTS)
-    half = mesh.half_angle("flexspline", radius)
-    return _one_pitch(radius, half, mesh.pitch, mesh.geometry.neutral_mm)
-
-
-def _one_pitch(radius: Array, half: Array, pitch: float, origin: float) -> Array:
-    """Join valley, rising flank, top, falling flank and valley of one pitch."""
-    bottom = np.linspace(-pitch / 2, -half[0], 4)
-    top = np.linspace(-half[-1], half[-1], 5)
-    angle = np.concatenate((bottom, -half[1:-1], top, half[-2:0:-1], -bottom[::-1]))
-    rho = np.concatenate(
-        (
-            np.full(bottom.size, radius[0]),
-            radius[1:-1],
-            np.full(top.size, radius[-1]),
-            radius[-2:0:-1],
-            np.full(bottom.size, radius[0]),
-        )
-    )
-    return np.column_stack((rho * np.sin(angle), rho * np.cos(angle) - origin))
-
-
-def flexspline_shape(
-    mesh: Mesh, angles: Sequence[float], slack_mm: float = 0.0
-) -> tuple[Array, Array]:
-    """Toothed edge of the flexspline over neighbouring teeth, and the free edge of its rim.
-
-    Parameters
-    ----------
-    angles : sequence of float
-        Of the teeth.
-    slack_mm : float
-        Largest deviation of the drawn outline of a tooth.
-
-    Returns
-    -------
-    toothed, free : ndarray, shape (n, 2)
-        Screen coordinates in mm, at growing angles.
-    """
-    outline = simplify(tooth_outline(mesh), slack_mm)
-    toothed, free = [], []
-    for angle in angles:
-        polar, radius, normal = mesh.place(angle)
-        toothed.append(_placed(outline, polar, radius, normal))
-        for step in (-0.5, 0.0):
-            polar, radius, normal = mesh.place(angle + step * mesh.pitch)
-            free.append(_placed(np.array([[0.0, mesh.free_edge_mm]]), polar, radius, normal))
-    return np.concatenate(toothed), np.concatenate(free)
-
-
-def _placed(points: Array, polar: float, radius: float, normal: float) -> Array:
-    across, along = points[:, 0], points[:, 1]
-    x = radius * math.sin(polar) + along * math.sin(normal) + across * math.cos(normal)
-    y = radius * math.cos(polar) + along * math.cos(normal) - across * math.sin(normal)
-    return np.column_stack((x, y))
-
-
-def rigid_shape(mesh: Mesh, angles: Sequence[float], slack_mm: float = 0.0) -> tuple[Array, Array]:
-    """Toothed edge of the rigid gear around the same teeth, and an edge of its body."""
-    pitch = 2.0 * math.pi / mesh.geometry.rigid_teeth
-    inner = min(mesh.geometry.rigid_root_mm, mesh.geometry.rigid_tip_mm)
-    outer = max(mesh.geometry.rigid_root_mm, mesh.geometry.rigid_tip_mm)
-    radius = np.linspace(inner, outer, FLANK_POINTS)
-    half = mesh.half_angle("rigid", radius)
-    outline = simplify(_one_pitch(radius, half, pitch, 0.0), slack_mm)
-    thick = 20.0 * mesh.geometry.module_mm  # outside every window
-    body = inner - thick if mesh.external else outer + thick
-    toothed, edge = [], []
-    for angle in angles:
-        at = mesh.rigid_axis(angle)
-        toothed.append(_placed(outline, 0.0, 0.0, at))
-        ends = np.array([[0.0, body]])
-        edge.append(_placed(ends, 0.0, 0.0, at - pitch / 2))
-        edge.append(_placed(ends, 0.0, 0.0, at))
-    return np.concatenate(toothed), np.concatenate(edge)
 
 
 @dataclass(frozen=True)

@@ -14,12 +14,11 @@ from lostmotion.report.mesh import (
     Mesh,
     Touch,
     first_touches,
-    flexspline_shape,
     make_mesh,
-    rigid_shape,
     touch_place,
 )
 from lostmotion.report.page import Figure
+from lostmotion.report.placed_teeth import flexspline_shape, rigid_shape
 from lostmotion.report.svg import (
     SIMPLIFY_PX,
     SMALL_SIZE,

@@ -1,4 +1,4 @@
-"""Profiles of both gears with root fillets, of the wave generator and of the rim, in mm.
+"""Profiles of both gears with root fillets, in mm.
 
 Each gear is undeformed, on its own axis, with a tooth (external) or a space (internal) upward.
 """
@@ -21,9 +21,6 @@ FLANK_POINTS = 25
 
 ARC_POINTS = 9
 """Points of a fillet, of half a tip and of half a root."""
-
-CONTOUR_POINTS = 1440
-"""Points of a wave generator: every quarter of a degree."""
 
 COINCIDENT_MM = 1e-6
 """Closer points are identical: a thousandth of the resolution of a machine tool."""
@@ -75,19 +72,17 @@ class GearProfile:
 def gear_profiles(model: DesignModel) -> tuple[GearProfile, GearProfile]:
     """Profiles of the flexspline, undeformed, and of the rigid gear."""
     mesh = make_mesh(model)
-    drive = model.drive
+    return gear_profile(mesh, "flexspline"), gear_profile(mesh, "rigid")
+
+
+def gear_profile(mesh: Mesh, name: str) -> GearProfile:
+    """Profile of one gear, ``flexspline`` or ``rigid``."""
+    internal = mesh.external if name == "flexspline" else not mesh.external
+    teeth = int(getattr(mesh.geometry, f"{name}_teeth"))
+    cut = mesh.model.drive.teeth
     rounding = (
-        drive.teeth.root_clearance
-        / (1.0 - math.sin(drive.teeth.pressure_angle_rad))
-        * mesh.geometry.module_mm
+        cut.root_clearance / (1.0 - math.sin(cut.pressure_angle_rad)) * mesh.geometry.module_mm
     )  # tip of the basic rack, ISO 53: c / (1 - sin alpha)
-    return (
-        _profile(mesh, "flexspline", mesh.geometry.flexspline_teeth, mesh.external, rounding),
-        _profile(mesh, "rigid", mesh.geometry.rigid_teeth, not mesh.external, rounding),
-    )
-
-
-def _profile(mesh: Mesh, name: str, teeth: int, internal: bool, rounding: float) -> GearProfile:
     root, tip = (float(getattr(mesh.geometry, f"{name}_{end}_mm")) for end in ("root", "tip"))
     side = -1.0 if internal else 1.0  # from the flank to the middle of the space
 
@@ -173,34 +168,3 @@ def _arc(centre: Array, radius: float, start: Array, end: Array) -> Array:
     turn = (last - first + math.pi) % (2.0 * math.pi) - math.pi
     angle = first + np.linspace(0.0, turn, ARC_POINTS)
     return np.column_stack((centre[0] + radius * np.cos(angle), centre[1] + radius * np.sin(angle)))
-
-
-def rim_contours(model: DesignModel) -> dict[str, Array]:
-    """Closed curves of the deformed rim and of the wave generator in the middle of the face.
-
-    Returns
-    -------
-    dict of ndarray, shape (n, 2)
-        ``neutral_line``; ``generator_seat``, the face of the rim that the wave generator presses;
-        ``cam``, under the balls and races of the bearing (only cam and ellipse, and only if the
-        curve has no cusp).
-    """
-    mesh = make_mesh(model)
-    drive, lib = model.drive, model.core.lib
-    seat = drive.flexspline.rim_thickness_mm / 2.0
-    bearing = drive.support.ball_diameter_mm + 2.0 * drive.support.race_thickness_mm
-    places = [mesh.place(a) for a in np.linspace(0.0, 2.0 * np.pi, CONTOUR_POINTS, endpoint=False)]
-    outward = 1.0 if mesh.external else -1.0
-
-    def offset(distance: float) -> Array:
-        return np.array(
-            [
-                _at(radius, polar) + outward * distance * _at(1.0, normal)
-                for polar, radius, normal in places
-            ]
-        )
-
-    found = {"neutral_line": offset(0.0), "generator_seat": offset(seat)}
-    if drive.generator.type in (lib.LM_COSINE, lib.LM_ELLIPSE) and bearing > 0:
-        found["cam"] = offset(seat + bearing)
-    return found
