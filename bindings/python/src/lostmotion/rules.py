@@ -109,12 +109,6 @@ selected.
 Chosen: on campaigns of tests/rig.
 """
 
-NESTED_DEG = 5.0
-"""A shape within this angle of a named effect contains it.
-
-Chosen: on campaigns of tests/rig.
-"""
-
 PAIRED_T = 2.0
 """Paired t over runs below which two effects are confounded ...
 
@@ -221,7 +215,7 @@ Derived: 2^-(n-1) < 0.05 for n = 6, of the signs of the runs.
 """
 
 TWIN_DEG = 10.0
-"""Effects within this angle are confounded with this plan.
+"""Effects within this angle are confounded with this plan, and a shape contains such an effect.
 
 Derived: each explains 97 % of the sum of squares of the other.
 """

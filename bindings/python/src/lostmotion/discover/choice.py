@@ -305,7 +305,7 @@ def effect_or_shape(
     if shape.name in current.candidates:
         omega = effect.result.omega
         angles = principal_angles(current.contest.evidence, omega, effect.name, shape.name)
-        if angles.size and float(angles[0]) < rules.NESTED_DEG:
+        if angles.size and float(angles[0]) < rules.TWIN_DEG:
             return effect
     return shape
 
