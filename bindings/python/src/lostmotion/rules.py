@@ -95,20 +95,6 @@ Chosen: on campaigns of tests/rig.
 
 # Selection: which of the candidates that count is the answer.
 
-NAMED_SHARE = 0.75
-"""A named effect that reaches this share of the best shape's gain is selected: a real effect never
-has exactly the form of the library.
-
-Chosen: on campaigns of tests/rig.
-"""
-
-SIMPLER_SHARE = 0.97
-"""An effect, or a shape, with fewer values that reaches this share of the best one's gain is
-selected.
-
-Chosen: on campaigns of tests/rig.
-"""
-
 PAIRED_T = 2.0
 """Paired t over runs below which two effects are confounded ...
 
@@ -215,13 +201,15 @@ Derived: 2^-(n-1) < 0.05 for n = 6, of the signs of the runs.
 """
 
 TWIN_DEG = 10.0
-"""Effects within this angle are confounded with this plan, and a shape contains such an effect.
+"""Effects within this angle are confounded with this plan, and a shape contains such an effect. An
+effect, or a shape, with fewer values that gains as much as one at this angle is selected.
 
 Derived: each explains 97 % of the sum of squares of the other.
 """
 
 WARN_DEG = 30.0
-"""Effects within this angle are hard to separate.
+"""Effects within this angle are hard to separate. A named effect that gains as much as one at this
+angle from the best shape is selected: a real effect never has exactly the form of the library.
 
 Derived: each explains three quarters of the sum of squares of the other.
 """

@@ -9,7 +9,7 @@ import numpy as np
 
 from lostmotion import rules
 from lostmotion.discover.contest_round import ContestRound
-from lostmotion.discover.gates import corrected_for, family_p, runs_separate
+from lostmotion.discover.gates import corrected_for, family_p, runs_separate, share_at
 from lostmotion.discover.growing_model import Contender, GrowingModel, Lead
 from lostmotion.discover.shortlist import LeastSizes, find_leads, strongest, without
 from lostmotion.evidence.contest import Result
@@ -270,7 +270,7 @@ def simplest(contenders: list[Contender]) -> Contender | None:
     best = max(contenders, key=lambda c: c.gain, default=None)
     if best is None:
         return None
-    enough = min(best.gain - rules.GAIN_LEAST, rules.SIMPLER_SHARE * best.gain)
+    enough = min(best.gain - rules.GAIN_LEAST, share_at(rules.TWIN_DEG) * best.gain)
     near = [c for c in contenders if c.gain >= enough]
     return min(near, key=lambda c: (free_count(c), -c.gain))
 
@@ -300,7 +300,7 @@ def effect_or_shape(
     current: ContestRound, effect: Contender | None, shape: Contender | None
 ) -> Contender | None:
     """Choose between effect and shape: a clearly better shape, unless it contains the effect."""
-    if effect is None or shape is None or effect.gain >= rules.NAMED_SHARE * shape.gain:
+    if effect is None or shape is None or effect.gain >= share_at(rules.WARN_DEG) * shape.gain:
         return effect or shape
     if shape.name in current.candidates:
         omega = effect.result.omega

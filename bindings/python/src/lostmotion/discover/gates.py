@@ -130,8 +130,12 @@ def is_of_form(share_beyond: float, named: bool = True) -> bool:
     Then it is a function of the torque and its history with this plan, as creep is if all runs have
     the same loading rate. For an unnamed shape it is sufficient to be hard to separate from it.
     """
-    limit = rules.TWIN_DEG if named else rules.WARN_DEG
-    return bool(share_beyond <= np.sin(np.radians(limit)) ** 2)
+    return bool(share_beyond <= 1.0 - share_at(rules.TWIN_DEG if named else rules.WARN_DEG))
+
+
+def share_at(angle_deg: float) -> float:
+    """Share of the sum of squares of a column that another column at an angle to it explains."""
+    return float(np.cos(np.radians(angle_deg)) ** 2)
 
 
 def paired_t(a: FloatArray, b: FloatArray) -> float:
