@@ -35,12 +35,6 @@ GAIN_LEAST = 2.0
 Derived: a likelihood ratio of e^2; twice that is the 4 of Akaike for two values.
 """
 
-P_SURE = 1e-3
-"""A shape whose p over all candidates is larger must also lower the leave-one-run-out error.
-
-Chosen: a tenth of `P_LIMIT`.
-"""
-
 # Sizes: the least size that counts.
 
 SIZE_LEAST = 0.1

@@ -9,7 +9,7 @@ import numpy as np
 
 from lostmotion import rules
 from lostmotion.discover.contest_round import ContestRound
-from lostmotion.discover.gates import corrected_for, family_p, runs_separate, share_at
+from lostmotion.discover.gates import corrected_for, runs_separate, share_at
 from lostmotion.discover.growing_model import Contender, GrowingModel, Lead
 from lostmotion.discover.shortlist import LeastSizes, find_leads, strongest, without
 from lostmotion.evidence.contest import Result
@@ -91,10 +91,6 @@ def choose_among(
             sharper.size = shape.size
             contenders.append(sharper)
             shape = max(shape, sharper, key=lambda c: c.gain)
-        # A shape can imitate the deviations of single runs; then the other runs do not confirm it.
-        unsure = family_p(current, shape.candidate, shape.result) > rules.P_SURE
-        if unsure and model.fall_of_left_out(shape) < 0:
-            shape = None
     selected = best_of(current, effects, shape)
     step = Step(current, results, selected, contenders, least_arcsec=limits.effect)
     if selected is not None and selected.candidate.named:
