@@ -125,7 +125,7 @@ class GrowingModel(ABC):
         return 0.0
 
     def more_starts(self, current: ContestRound, leads: list[Lead]) -> list[Lead]:
-        """Add leads from a model in which all runs are equal."""
+        """Add leads from a model without form error."""
         return leads
 
     def unjudged(

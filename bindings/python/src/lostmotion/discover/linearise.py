@@ -47,9 +47,6 @@ MOVES = ((1.0, 1.0), (0.5, 0.5), (0.25, 0.25), (0.0, 1.0), (0.0, 0.4))
 can make the whole step overshoot.
 """
 
-PLAIN_STEPS = 8
-"""Evaluations of the fit without deviations that only finds starts of effects."""
-
 REFIT_STEPS = 12
 """Evaluations of a joint refit. Chosen: by the time of a diagnosis; `settle` continues from there.
 """
@@ -310,14 +307,3 @@ def fit_alike(base: BaselineModel) -> BaselineModel:
     plain.deviations[:] = 0.0
     plain.fit(steps=REFIT_STEPS)
     return plain
-
-
-def plain_of(settled: Settled) -> BaselineModel:
-    """The baseline model fitted with equal runs.
-
-    For a model whose deviations have not yet absorbed anything.
-    """
-    base = settled.base.copy()
-    base.deviations[:] = 0.0
-    base.fit(noise=float(np.median(settled.noise.sigma)), steps=PLAIN_STEPS)
-    return base

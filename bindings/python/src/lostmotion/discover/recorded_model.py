@@ -24,20 +24,17 @@ from lostmotion.discover.form_variance import (
     form_error_told,
     largest_model,
     mark_of_form,
-    with_form,
     with_form_error,
 )
 from lostmotion.discover.gates import (
     accepted,
     corrected_for,
-    family_p,
     is_of_form,
     judge_all,
 )
 from lostmotion.discover.growing_model import Contender, GrowingModel, Lead
-from lostmotion.discover.linearise import Settled, noise_rms, plain_of, plain_rms, settle
-from lostmotion.discover.measurement_noise import estimate_noise
-from lostmotion.discover.refits import fit_with, refit, refitted, sharpen, without_deviations
+from lostmotion.discover.linearise import Settled, noise_rms, plain_rms, settle
+from lostmotion.discover.refits import refit, refitted, sharpen, without_deviations
 from lostmotion.discover.selection import select
 from lostmotion.discover.terms import beyond_form, term_passes, term_size
 from lostmotion.effects.effect import Effect
@@ -123,7 +120,6 @@ class RecordedModel(GrowingModel):
         self.settled = [self.first]
         self.rounds = 0
         self.counts: dict[str, int] = {}
-        self.fitted: dict[str, BaselineModel] = {}
         self.tried: dict[tuple[int, str], tuple[RecordedRound, Contender | None]] = {}
         self.falls: dict[int, tuple[Settled, float]] = {}
         self.formless: RecordedRound | None = None
@@ -148,7 +144,7 @@ class RecordedModel(GrowingModel):
         """See `GrowingModel`; the noise is estimated again, and the model is linearised for it."""
         base = self.now.base
         candidates, closed = self.candidates(base)
-        self.fitted, self.tried, self.falls = {}, {}, {}
+        self.tried, self.falls = {}, {}
         now = self.now
         if self.rounds:
             self.largest = largest_model(base, candidates)
@@ -156,42 +152,14 @@ class RecordedModel(GrowingModel):
             base = with_form_error(base, self.noise, candidates, self.largest)
         self.rounds += 1
         settled = now if now.noise is self.noise else settle(base, self.noise)
-        known: RecordedRound | None = None
-        if noise_rms(self.noise, base) > rules.WANDERING * float(np.mean(self.noise.sigma)):
-            known = make_round(settled, [c for c in candidates if c.named], closed)
-            calmer = self.calmer_noise(known)
-            if calmer is not None:
-                self.noise, known = calmer, None
-                settled = settle(base, self.noise)
         self.within = noise_rms(self.noise, base)
         self.settled[-1] = settled
         # The residual of an effect often differs in fast runs; this is not a second cause.
         own = [] if base.has_effects else between_runs(settled.base, settled.contest)
         current = make_round(settled, [*candidates, *own], closed)
-        if known is not None:
-            current.judged = known.judged  # the effects come first in both
         results = judge_all(current)
         mark_of_form(self.largest, current, results)
         return current, results
-
-    def calmer_noise(self, current: RecordedRound) -> Noise | None:
-        """Noise of the largest model at the fit of a strong effect of a round, if it is lower."""
-        best: Noise | None = None
-        settled = current.settled
-        least = rules.CALMER * noise_rms(settled.noise, settled.base)
-        strong = [result for result in judge_all(current) if result.gain > 0]
-        for result in strong[: rules.REFITS_NAMED]:
-            try:
-                base, _ = fit_with(current, result)
-            except np.linalg.LinAlgError:
-                continue
-            self.fitted[result.name] = base
-            candidates, _ = self.candidates(base)
-            noise = estimate_noise(base, with_form(base, candidates))
-            spread = noise_rms(noise, base)
-            if spread < least:
-                best, least = noise, spread
-        return best
 
     def with_candidate(self, lead: Lead) -> Contender | None:
         """See `GrowingModel`: a joint refit, once for each lead of a round."""
@@ -203,11 +171,12 @@ class RecordedModel(GrowingModel):
 
     def refit(self, lead: Lead, start: RecordedRound) -> Contender | None:
         """Fit a lead and the model together, from the round in which it was found."""
-        if start is not self.formless:
-            found = refit(start, lead.result, self.now, self.fitted.get(lead.name))
-            return None if found is None or self.takes_from_form(found) else found
         found = refit(start, lead.result)
-        return None if found is None else self.beside_form_error(found)
+        if found is None:
+            return None
+        if start is self.formless:
+            return self.beside_form_error(found)
+        return None if self.takes_from_form(found) else found
 
     def takes_from_form(self, found: Contender) -> bool:
         """Whether a candidate explains only what the form error explained before.
@@ -313,30 +282,6 @@ class RecordedModel(GrowingModel):
         return [result.name for result in rivals]
 
     def more_starts(self, current: ContestRound, leads: list[Lead]) -> list[Lead]:
-        """Add the strongest effects of the model without deviations, with starts from there.
-
-        Their significance and size are tested later in the model with them; this only finds them.
-        An effect found before gets a second start.
-        """
-        leads = self.in_place_of_form(current, leads)
-        settled = self.now
-        if float(np.max(np.abs(settled.base.deviations[:, :2]))) < rules.STRAYED:
-            return leads
-        plain = plain_of(settled)
-        candidates, closed = named_candidates(self.effects, plain, plain.at(), self.ratio)
-        alike = make_round(Settled(plain, settled.contest, settled.noise), candidates, closed)
-        found = [
-            result
-            for result in judge_all(alike)
-            if family_p(current, alike.candidates[result.name], result) <= rules.P_LIMIT
-        ]
-        found.sort(key=lambda r: (-r.wald, r.name))
-        known = {lead.name for lead in leads}
-        strong = found[: rules.REFITS_NAMED]
-        strong += [r for r in found[rules.REFITS_NAMED :] if r.name in known]
-        return leads + [Lead(alike, result, None) for result in strong]
-
-    def in_place_of_form(self, current: ContestRound, leads: list[Lead]) -> list[Lead]:
         """Add effects that are confounded with the form error, judged without a form error.
 
         Together with a form error such effects explain almost nothing. One of them is found if no

@@ -34,8 +34,8 @@ FIT_NATS = 0.1
 """Decrease of half the sum of squares, relative to the noise variance, below which a fit ends: a
 twentieth of the least gain that counts (`rules.GAIN_LEAST`)."""
 
-APART_STEPS, APART_TOLERANCE = 20, 1e-7
-"""A fit without deviations must converge; otherwise its error is attributed to deviations."""
+BASE_STEPS = 20
+"""Evaluations of a joint refit that starts at the present model."""
 
 
 def best_start(current: ContestRound, result: Result) -> tuple[int, Result]:
@@ -116,100 +116,50 @@ def hold_to_name(term: Term) -> bool:
     return True
 
 
-def refit(
-    current: RecordedRound,
-    result: Result,
-    reference: Settled | None = None,
-    fitted: BaselineModel | None = None,
-) -> Contender | None:
+def refit(current: RecordedRound, result: Result) -> Contender | None:
     """Fit baseline and candidate together, from the deviations that this hypothesis predicts.
 
-    A step to a worse point, or with much less gain than in the contest, is not used: the fit then
-    starts from the baseline model.
-
-    Parameters
-    ----------
-    reference : Settled, optional
-        Reference of the gain if the round uses a baseline model without deviations; these then
-        remain zero until the candidate was fitted.
-    fitted : BaselineModel, optional
-        An existing fit with the candidate.
+    If the model so found keeps too little of the gain in the contest (`rules.RIVAL_SHARE`), that
+    step was too long: the fit then starts from the present model.
 
     Returns
     -------
     Contender or None
         None if the fit with the candidate is not finite.
     """
+    found = refit_from(current, result, step=True)
+    if found is not None and found.gain >= rules.RIVAL_SHARE * result.gain:
+        return found
+    again = refit_from(current, result, step=False)
+    return max(filter(None, (found, again)), key=lambda c: c.gain, default=None)
+
+
+def refit_from(current: RecordedRound, result: Result, *, step: bool) -> Contender | None:
+    """Fit baseline and candidate together from one start; None if the fit is not finite.
+
+    Parameters
+    ----------
+    step : bool
+        Whether the fit starts at the optimum that the hypothesis predicts, or at the present model.
+    """
+    settled, candidate = current.settled, current.candidates[result.name]
+    base = settled.base.copy()
     try:
-        return _refit(current, result, reference, fitted)
-    except np.linalg.LinAlgError:
-        return None
-
-
-def _refit(
-    current: RecordedRound,
-    result: Result,
-    reference: Settled | None,
-    fitted: BaselineModel | None,
-) -> Contender:
-    settled = current.settled
-    candidate = current.candidates[result.name]
-
-    def settled_from(base: BaselineModel) -> Contender:
+        if step:
+            step_to(base, current, result)
+        put_in(base, current, candidate, *start_of(current, result))
+        base.fit(
+            noise=float(np.median(settled.noise.sigma)),
+            steps=REFIT_STEPS if step else BASE_STEPS,
+            tolerance=close_enough(base),
+        )
         done = settle(base, settled.noise)
         if candidate.effect is not None and hold_to_name(done.base.terms[-1]):
             done = refitted(done.base, settled.noise)
-        by_run = done.density - (reference or settled).density
-        return Contender(result, candidate, done, float(by_run.sum()), by_run)
-
-    if reference is not None and reference.base is not settled.base:
-        return settled_from(fit_from_base(current, result, APART_TOLERANCE))
-    base, stepped = (fitted.copy(), True) if fitted else fit_with(current, result)
-    found = settled_from(base)
-    if not stepped or found.gain >= rules.PROMISE_KEPT * result.gain:
-        return found
-    return max(found, settled_from(fit_from_base(current, result)), key=lambda c: c.gain)
-
-
-def fit_with(current: RecordedRound, result: Result) -> tuple[BaselineModel, bool]:
-    """Fit baseline and candidate together at the deviations that the hypothesis predicts.
-
-    Returns
-    -------
-    model : BaselineModel
-    stepped : bool
-        False if that step led to a worse point, and the fit started from the baseline model.
-    """
-    settled = current.settled
-    base = settled.base.copy()
-    step_to(base, current, result)
-    put_in(base, current, current.candidates[result.name], *start_of(current, result))
-    base.fit(
-        noise=float(np.median(settled.noise.sigma)),
-        steps=REFIT_STEPS,
-        tolerance=close_enough(base),
-    )
-    if plain_rms(base) > rules.WORSE * plain_rms(settled.base):
-        return fit_from_base(current, result), False
-    return base, True
-
-
-def fit_from_base(
-    current: RecordedRound, result: Result, tolerance: float | None = None
-) -> BaselineModel:
-    """Fit baseline model and candidate together, starting from the baseline model.
-
-    The deviations are kept.
-    """
-    settled = current.settled
-    base = settled.base.copy()
-    put_in(base, current, current.candidates[result.name], *start_of(current, result))
-    base.fit(
-        noise=float(np.median(settled.noise.sigma)),
-        steps=APART_STEPS,
-        tolerance=close_enough(base) if tolerance is None else tolerance,
-    )
-    return base
+    except np.linalg.LinAlgError:
+        return None
+    by_run = done.density - settled.density
+    return Contender(result, candidate, done, float(by_run.sum()), by_run)
 
 
 def start_of(current: RecordedRound, result: Result) -> tuple[int, Result]:
