@@ -68,20 +68,6 @@ def _(folder: Path, sheet: Sheet) -> Path:
     return save(folder, sheet.added("torque_Nm.Status", ["192"] * len(sheet), at).text())
 
 
-@dress(
-    "a historian, one value a line (WinCC)",
-    expected=REFUSED,
-    reason="no column of torques",
-    says=("expected",),
-)
-def _(folder: Path, sheet: Sheet) -> Path:
-    lines = ['"VarName";"TimeString";"VarValue";"Validity"']
-    for i in range(200):
-        for name in ("torque_Nm", "input_angle_rad", "output_angle_rad"):
-            lines.append(f'"{name}";"2026-02-03 10:00:{i % 60:02d}";{sheet.cells(name)[i]};1')
-    return save(folder, "\n".join(lines) + "\n")
-
-
 @dress("German date and time with a decimal comma")
 def _(folder: Path, sheet: Sheet) -> Path:
     stamps = _stamped(sheet, datetime(2026, 2, 3, 10, 11, 12), "%d.%m.%Y %H:%M:%S.%f", -2)

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from . import (  # noqa: F401 - they enter their dresses into the list
     dresses_of_benches,
+    dresses_of_channels,
     dresses_of_controllers,
     dresses_of_packing,
     dresses_of_programs,

@@ -113,6 +113,7 @@ class TableReader(Protocol):
         ratio: float | None,
         mapping: Mapping[str, str] | None,
         protocol: Locked,
+        join: Join | None,
         name: str,
     ) -> Campaign:
         """Read data."""

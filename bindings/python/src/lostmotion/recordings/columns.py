@@ -51,6 +51,7 @@ STAMPS = frozenset(
         "utc_time",
         "time_utc",
         "local_time",
+        "time_string",
         "system_time",
         "header_stamp",
         "stamp_time",

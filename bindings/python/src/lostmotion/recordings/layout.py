@@ -253,11 +253,11 @@ class Trial:
             return None
         _, place, names = max(titles)
         units: tuple[str, ...] = ("",) * self.width
-        for _, other, cells in found:
+        for _, other, cells in sorted(found, key=lambda line: -abs(line[1] - place)):
             # Lines above the names may contain more than units; those below contain almost nothing
-            # else.
+            # else. The nearest line counts.
             share = 1.0 if other < place else 0.5
-            if abs(other - place) == 1 and cells != names and are_units(cells, share):
+            if cells != names and are_units(cells, share):
                 units = tuple("" if c.lower() in NO_UNIT else without_brackets(c) for c in cells)
         return Heading(names, units, place, end - 1)
 

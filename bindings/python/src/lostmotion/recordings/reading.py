@@ -43,6 +43,7 @@ from lostmotion.recordings.encoders import bring_together
 from lostmotion.recordings.findings import UNUSED, Finding
 from lostmotion.recordings.in_memory import MemoryTable, has_columns
 from lostmotion.recordings.joining import Join, join_channels, join_rows
+from lostmotion.recordings.long_form import in_columns
 from lostmotion.recordings.opening import open_table
 from lostmotion.recordings.protocol import FREE, Protocol
 from lostmotion.recordings.quantities import QUANTITIES
@@ -213,7 +214,7 @@ def campaign_of_table(
 ) -> Campaign:
     """Make a campaign of data in memory, as `Campaign.from_table` says."""
     names = dict(mapping or {})
-    table = MemoryTable(name, data)
+    table = in_columns(MemoryTable(name, data), names)
     refuse_unmapped([table.header], 1, names)
     findings: list[Finding] = []
     runs = read_runs(table, Path(name).name.split(".")[0], names, ratio, findings, protocol, join)
@@ -310,13 +311,15 @@ def read_runs(
         present, codes = first_appearance(codes[::-1])
         labels = [labels[code] for code in present]
         findings.append(Finding("backward_time", name, "time_s", None, rows, NEWEST_ACTION))
-    codes, labels, again = begun_again(codes, labels, numbers["time"], name, findings)
+    again: set[int | str] = set()
+    apart = in_different_rows(numbers)
+    if not apart:  # otherwise a run is written once for every channel
+        codes, labels, again = begun_again(codes, labels, numbers["time"], name, findings)
     counters = counters_of(chosen)
     runs = []
-    apart = in_different_rows(numbers)
     gaps: dict[str, list[tuple[float, int, int]]] = {}
     for label, index in zip(labels, rows_of_runs(codes, len(labels)), strict=True):
-        if index[-1] - index[0] + 1 != index.size:
+        if index[-1] - index[0] + 1 != index.size and not apart:
             pieces = int(np.count_nonzero(np.diff(index) > 1)) + 1
             findings.append(
                 Finding("split_run", name, "run", label, pieces, "pieces joined in file order")
@@ -383,17 +386,33 @@ def runs_of_blocks(
     A clock that was set back goes elsewhere, and remains in one run.
     """
     time = read.quantities["time"]
-    codes = np.zeros(time.size, dtype=np.intp)
-    begin = [row for row in read.blocks if 0 < row < time.size]
+    apart = in_different_rows(read.quantities)  # then a block is a channel
+    begin = [row for row in read.blocks if 0 < row < time.size and not apart]
     where = "after every blank line"
-    if not begin:
-        begin, where = restarts(time), "at its first stamp"
+    codes = np.cumsum(np.isin(np.arange(time.size), begin), dtype=np.intp)
     if not begin or len(begin) >= RUNS_MAX or not all(time[row] < time[row - 1] for row in begin):
-        return codes, [only]
-    codes[begin] = 1
+        where = "at its first stamp"
+        codes = restarts_of_channels(read.quantities)
+    runs = int(codes.max(initial=0)) + 1
+    if runs == 1 or runs > RUNS_MAX:
+        return np.zeros(time.size, dtype=np.intp), [only]
     action = f"no column run; the clock restarts {where}: runs numbered from 1"
-    findings.append(Finding("runs", file, "run", None, len(begin) + 1, action))
-    return np.cumsum(codes), list(range(1, len(begin) + 2))
+    findings.append(Finding("runs", file, "run", None, runs, action))
+    return codes, list(range(1, runs + 1))
+
+
+def restarts_of_channels(numbers: Mapping[str, npt.NDArray[np.float64]]) -> npt.NDArray[np.intp]:
+    """Count the restarts of the clock before every row.
+
+    Channels with rows of their own, which may be written one after another, are counted apart.
+    """
+    time_s = numbers["time"]
+    codes = np.zeros(time_s.size, dtype=np.intp)
+    channels = [np.flatnonzero(np.isfinite(v)) for name, v in numbers.items() if name != "time"]
+    for rows in channels if in_different_rows(numbers) else [np.arange(time_s.size)]:
+        begin = restarts(time_s[rows])
+        codes[rows] = np.cumsum(np.isin(np.arange(rows.size), begin), dtype=np.intp)
+    return codes
 
 
 def restarts(time_s: npt.NDArray[np.float64]) -> list[int]:
