@@ -1,6 +1,6 @@
 """Long form: tables with one value in a row, as databases of time series write them.
 
-The name of the value's channel stands beside it. Such a table becomes one with a column per
+The name of the value's channel is in another column. Such a table becomes one with a column per
 channel. Rows stay as they are: each has a number in the column of its channel only. Channels of
 the same times are then put together, and others joined on request, as in any table.
 """
@@ -47,7 +47,7 @@ class LongTable:
         rows = table.read([*texts, place_of_value], as_text=True)
         read = {place: combined(column) for place, column in rows.columns.items()}
         names, values = read[place_of_name], read[place_of_value]
-        channels = distinct(names.filter(with_numbers(values)))
+        channels = different_texts(names.filter(with_numbers(values)))
         units = {c: units_of(channels, names, read[c]) for c in texts if c != place_of_name}
         stated = next((found for found in units.values() if found), dict.fromkeys(channels, ""))
         taken = {place_of_name, place_of_value, *(c for c, found in units.items() if found)}
@@ -114,7 +114,7 @@ def in_columns(table: Table, wanted: Collection[str] = ()) -> Table:
         return table
     names, value, called = found
     read = table.read(names, as_text=True).columns
-    known = {i: known_names(distinct(read[i]), wanted) for i in names}
+    known = {i: known_names(different_texts(read[i]), wanted) for i in names}
     best = max(known, key=lambda i: (known[i], -i))
     return LongTable(table, best, value) if known[best] or called else table
 
@@ -128,7 +128,7 @@ def may_be_long(header: Header, wanted: Collection[str]) -> tuple[list[int], int
     places = [i for i in places if header.names[i].lower() != "run"]
     if known_names([header.names[i] for i in places], wanted):
         return None
-    values = [i for i in places if holds_numbers(header, i)]
+    values = [i for i in places if begins_with_numbers(header, i)]
     called = [i for i in values if VALUE.fullmatch(header.names[i])]
     names = [i for i in places if holds_names(header, i)]
     values = called or values
@@ -140,7 +140,7 @@ def is_clock(name: str) -> bool:
     return any(part in name.lower() for part in CLOCKS)
 
 
-def holds_numbers(header: Header, column: int) -> bool:
+def begins_with_numbers(header: Header, column: int) -> bool:
     """Whether all first cells of a column are numbers."""
     stated = [cell for cell in header.cells(column) if not is_missing(cell)]
     return bool(stated) and all(is_value(cell) for cell in stated)
@@ -152,7 +152,7 @@ def holds_names(header: Header, column: int) -> bool:
     return bool(stated) and not any(is_value(cell) for cell in stated)
 
 
-def distinct(column: Any) -> list[str]:
+def different_texts(column: Any) -> list[str]:
     """Different texts of a column, in the order of their first appearance."""
     import pyarrow.compute as pc
 
