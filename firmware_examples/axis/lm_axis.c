@@ -6,8 +6,15 @@
  * 2 pi times a tenth of the resonance, times the period. */
 #define FILTER 0.25f
 
+#define FAR_RAD 1e6f
+
+/* A loop on the output corrects the lost motion itself: added, it would shift the output. */
+static float added_rad(const lm_axis *a) {
+  return a->output_loop ? 0 : a->correction.correction_rad;
+}
+
 float lm_axis_reported(const lm_axis *a, float motor_over_ratio_rad) {
-  return motor_over_ratio_rad - a->correction.correction_rad + a->zero_rad;
+  return motor_over_ratio_rad - added_rad(a) + a->zero_rad;
 }
 
 static float size(float value) {
@@ -17,6 +24,11 @@ static float size(float value) {
 /* Finite, and not LM_UNKNOWN. */
 static int is_known(float value) {
   return size(value) < LM_UNKNOWN;
+}
+
+/* An angle of the motor was measured: not NaN, nor LM_UNKNOWN divided by a ratio. */
+static int is_there(float angle_rad) {
+  return size(angle_rad) < FAR_RAD;
 }
 
 /* Not: NaN, or too coarse. */
@@ -33,6 +45,7 @@ static void take_parameters(lm_axis *a, const lm_parameters *parameters) {
   a->follow.period_s = parameters->limits.period_s;
   a->follow.stand_s = LM_AXIS_STAND / parameters->limits.response_per_s;
   a->share = FILTER * parameters->limits.response_per_s * a->follow.period_s;
+  a->creep_Nm_s = parameters->torque_limit_Nm / LM_AXIS_CREEP_S;
   a->rang = 0;
 }
 
@@ -73,10 +86,10 @@ lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_axis_
   }
   first.torque_Nm += a->beyond_Nm;
   a->torque_Nm = is_known(first.torque_Nm) ? first.torque_Nm : 0;
-  a->feed_Nm = a->torque_Nm;
   a->follow.temperature_C = at->temperature_C;
   a->correction = lm_settle_compensator(&a->compensator, &first);
   take_parameters(a, parameters);
+  a->follow.step_rad_s = LM_FOLLOW_STEP_RAD_S;
   a->state = LM_AXIS_OPEN;
   a->waits = LM_AXIS_WAITS_STAND;
   a->mode = LM_MODE_RUN;
@@ -87,23 +100,35 @@ lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_axis_
   return LM_OK;
 }
 
-/* The torque of the command. A jump with the zero, or with a payload that a measurement has
- * already, is no change of the load: the difference to the measurement compensates it, and without
- * one it is left out until the motor does not move with it. A planner that shifts after the zero
- * may bring the jump some ticks later. */
-static float follow_zero(lm_axis *a, float commanded_Nm) {
-  if (a->command_jumps > 0 && a->source == LM_AXIS_COMMAND && a->beyond_Nm == 0) {
-    a->jump_Nm = a->torque_Nm - commanded_Nm;
-  } else if (a->command_jumps > 0) {
-    a->beyond_Nm = a->torque_Nm - commanded_Nm - a->jump_Nm;
+/* A jump of the torque of the command that is no change of the load, with the zero or a payload: a
+ * measurement has it already, and what it adds compensates the jump. Otherwise the offset does. A
+ * planner that shifts after the zero may bring the jump some ticks later. */
+static void absorb_jump(lm_axis *a, float commanded_Nm) {
+  const float jump_Nm = a->torque_Nm - commanded_Nm - a->beyond_Nm - a->off_Nm;
+  if (a->command_jumps == 0) {
+    return;
+  }
+  if (a->source == LM_AXIS_COMMAND) {
+    a->off_Nm += jump_Nm;
+  } else {
+    a->beyond_Nm += jump_Nm;
   }
   a->command_jumps = size(a->follow.late_rad) >= LM_FOLLOW_NEAR_RAD ? a->command_jumps - 1 : 0;
-  if (a->state != LM_AXIS_CLOSED && a->jump_Nm != 0) {
-    a->feed_off_Nm += a->jump_Nm;
-    a->jump_Nm = 0;
-    forget_standstill(a);
+}
+
+/* The offset ends: nothing moves with the loop open, the position loop takes it over while paused,
+ * and closed it creeps. */
+static void end_offset(lm_axis *a) {
+  const float creep_Nm = a->follow.period_s * a->creep_Nm_s;
+  if (a->state == LM_AXIS_OPEN) {
+    a->off_Nm = 0;
+  } else if (a->state == LM_AXIS_PAUSED) {
+    a->off_Nm -= a->off_Nm * a->follow.period_s / LM_AXIS_FEED_S;
+  } else if (size(a->off_Nm) > creep_Nm) {
+    a->off_Nm += a->off_Nm < 0 ? creep_Nm : -creep_Nm;
+  } else {
+    a->off_Nm = 0;
   }
-  return commanded_Nm + a->jump_Nm;
 }
 
 /* A measured source moves the torque: it begins only while the motor does not follow, and from the
@@ -115,8 +140,8 @@ static void change_source(lm_axis *a, lm_axis_source source, float commanded_Nm)
   }
   a->source = source;
   a->source_waits = 0;
-  a->beyond_Nm = a->torque_Nm - commanded_Nm;
-  a->believed_Nm = a->torque_Nm;
+  a->beyond_Nm = a->torque_Nm - commanded_Nm - a->off_Nm;
+  a->believed_Nm = a->torque_Nm - a->off_Nm;
   forget_standstill(a);
 }
 
@@ -133,12 +158,10 @@ static void measure(lm_axis *a, lm_axis_source source, float commanded_Nm, int t
 }
 
 static float use(lm_axis *a, float torque_Nm) {
+  end_offset(a);
+  torque_Nm += a->off_Nm;
   if (is_known(torque_Nm)) {
-    a->feed_off_Nm -= a->state == LM_AXIS_OPEN
-                          ? a->feed_off_Nm
-                          : a->feed_off_Nm * a->follow.period_s / LM_AXIS_FEED_S;
     a->torque_Nm = torque_Nm;
-    a->feed_Nm = torque_Nm + a->feed_off_Nm;
   }
   return torque_Nm;
 }
@@ -147,7 +170,7 @@ float lm_axis_use_command(lm_axis *a, float commanded_Nm) {
   if (!is_known(commanded_Nm)) {
     return commanded_Nm;
   }
-  commanded_Nm = follow_zero(a, commanded_Nm);
+  absorb_jump(a, commanded_Nm);
   change_source(a, LM_AXIS_COMMAND, commanded_Nm);
   return use(a, commanded_Nm + a->beyond_Nm);
 }
@@ -157,7 +180,7 @@ float lm_axis_use_sensor(lm_axis *a, float commanded_Nm, float sensed_Nm) {
   if (!is_known(commanded_Nm)) {
     return commanded_Nm;
   }
-  commanded_Nm = follow_zero(a, commanded_Nm);
+  absorb_jump(a, commanded_Nm);
   measure(a, LM_AXIS_SENSOR, commanded_Nm, finite);
   if (finite && a->source == LM_AXIS_SENSOR) {
     a->beyond_Nm += a->share * (sensed_Nm - commanded_Nm - a->beyond_Nm);
@@ -166,19 +189,19 @@ float lm_axis_use_sensor(lm_axis *a, float commanded_Nm, float sensed_Nm) {
 }
 
 float lm_axis_use_current(lm_axis *a, const lm_motor *motor, float commanded_Nm, float current_A,
-                          float motor_rad_s, float acceleration_rad_s2, int released) {
+                          float motor_rad_s, float acceleration_rad_s2, int follows) {
   const float motor_rad_s2 =
       motor->ratio * (acceleration_rad_s2 + a->correction.acceleration_rad_s2);
   const float sensed_Nm = lm_estimate_torque(motor, current_A, motor_rad_s, motor_rad_s2);
-  const int bears = released && a->state >= LM_AXIS_PAUSED;
+  const int bears = follows && a->state >= LM_AXIS_PAUSED;
   const int finite = is_known(sensed_Nm);
   const lm_axis_source before = a->source;
   if (!is_known(commanded_Nm)) {
     return commanded_Nm;
   }
-  commanded_Nm = follow_zero(a, commanded_Nm);
-  a->released_s = bears ? a->released_s + a->follow.period_s : 0;
-  if (a->released_s < LM_AXIS_RELEASE_S) {
+  absorb_jump(a, commanded_Nm);
+  a->borne_s = bears ? a->borne_s + a->follow.period_s : 0;
+  if (a->borne_s < a->follow.stand_s) {
     change_source(a, LM_AXIS_COMMAND, commanded_Nm);
     a->source_waits = 1;
   } else {
@@ -222,6 +245,9 @@ static lm_axis_wait judge_standstill(lm_axis *a, float motor_over_ratio_rad) {
                         : !(apart_rad < LM_AXIS_APART_RAD);
   a->stood_s = lm_find_standstill(&a->compensator, &a->standstill);
   a->input_missing = 0;
+  if (size(a->off_Nm) > a->creep_Nm_s * LM_AXIS_FEED_S) { /* the correction will move */
+    forget_standstill(a);
+  }
   if (moves || missing) {
     a->stood_at_rad = motor_over_ratio_rad;
     forget_standstill(a);
@@ -230,6 +256,31 @@ static lm_axis_wait judge_standstill(lm_axis *a, float motor_over_ratio_rad) {
          : missing                        ? LM_AXIS_WAITS_CONDITION
          : a->stood_s < a->follow.stand_s ? LM_AXIS_WAITS_STAND
                                           : LM_AXIS_READY;
+}
+
+/* A fade, or ringing: the correction moves, the joint does not. */
+static int moves_alone(lm_axis *a) {
+  const uint32_t state = a->correction.status & (LM_STATE_FADED | LM_STATE_RINGING);
+  if (state != a->moving_state) {
+    a->moving_state = state;
+    a->alone = 1;
+    forget_standstill(a);
+  }
+  a->alone = a->alone && a->stood_s < a->follow.stand_s;
+  return a->alone;
+}
+
+/* A test moves the axis, once it would have been closed. */
+static void follow_guide(lm_axis *a, int follows) {
+  a->guides = a->guided && follows && a->state == LM_AXIS_PAUSED &&
+              (a->guides || a->waits == LM_AXIS_WAITS_PLANNER);
+  a->guided = 0;
+  if (a->guides && is_known(a->guide_rad) && is_known(a->guide.correction_rad)) {
+    a->guide.status = a->correction.status;
+    a->correction = a->guide;
+    a->setpoint_rad = a->guide_rad + added_rad(a);
+    a->command_rad = a->guide_rad + a->zero_rad;
+  }
 }
 
 float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_rad, float wish_rad,
@@ -247,9 +298,7 @@ float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_r
   now.temperature_C =
       lm_follow_temperature(&a->follow, at->temperature_C, a->state == LM_AXIS_CLOSED);
   a->correction = lm_step_compensator(&a->compensator, &now);
-  a->closing_s = a->asked_to_close ? a->closing_s + a->follow.period_s : 0;
-  a->asked_to_close = 0;
-  a->lost_ticks = is_known(motor_over_ratio_rad) ? 0 : a->lost_ticks + 1;
+  a->lost_ticks = is_there(motor_over_ratio_rad) ? 0 : a->lost_ticks + 1;
   if (a->state == LM_AXIS_CLOSED && !(follows && a->lost_ticks <= LM_FOLLOW_LOST_TICKS &&
                                       lm_follow_wish(&a->follow, &a->command_rad, wish_rad))) {
     a->state = LM_AXIS_PAUSED;
@@ -260,17 +309,22 @@ float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_r
   if (a->state == LM_AXIS_CLOSED) {
     a->waits = LM_AXIS_READY;
     a->moved_rad = a->follow.moved_rad;
-    a->setpoint_rad = a->command_rad - a->zero_rad + a->correction.correction_rad;
+    a->setpoint_rad = a->command_rad - a->zero_rad + added_rad(a);
+    if (a->output_loop && moves_alone(a)) {
+      a->correction.velocity_rad_s = 0;
+      a->correction.acceleration_rad_s2 = 0;
+    }
     return a->setpoint_rad;
   }
   a->moved_rad = 0;
   a->correction.velocity_rad_s = 0; /* the motor does not follow */
   a->correction.acceleration_rad_s2 = 0;
-  if (a->state == LM_AXIS_OPEN && !follows && is_known(motor_over_ratio_rad)) {
+  if ((a->holds || (a->state == LM_AXIS_OPEN && !follows)) && is_there(motor_over_ratio_rad)) {
     a->setpoint_rad = motor_over_ratio_rad; /* no position error */
+    a->holds = 0;
   }
   a->command_rad = lm_axis_reported(a, a->setpoint_rad);
-  begins = lm_follow_waits(&a->follow, a->command_rad, wish_rad);
+  begins = lm_follow_waits(&a->follow, a->command_rad, wish_rad) && !a->guided;
   if (a->state == LM_AXIS_PAUSED && a->waits == LM_AXIS_READY) {
     a->waits = a->source_waits ? LM_AXIS_WAITS_SOURCE
                : !follows      ? LM_AXIS_WAITS_DRIVE
@@ -278,36 +332,46 @@ float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_r
                                : LM_AXIS_WAITS_PLANNER;
     a->state = begins && a->waits == LM_AXIS_READY ? LM_AXIS_CLOSED : LM_AXIS_PAUSED;
   }
+  follow_guide(a, follows);
   return a->setpoint_rad;
 }
 
 float lm_axis_rate(const lm_axis *a, float planned_rad_s) {
-  if (a->state != LM_AXIS_CLOSED) {
+  if (a->state != LM_AXIS_CLOSED && !a->guides) {
     return 0;
   }
   return a->correction.velocity_rad_s +
          (is_known(planned_rad_s) ? planned_rad_s : a->moved_rad / a->follow.period_s);
 }
 
-lm_axis_wait lm_axis_close(lm_axis *a, int holds) {
+int lm_axis_guide(lm_axis *a, float command_rad, const lm_correction *correction) {
+  a->guided = 1;
+  a->guide_rad = command_rad;
+  if (correction) {
+    a->guide = *correction;
+  }
+  return a->guides;
+}
+
+lm_axis_wait lm_axis_close(lm_axis *a) {
   if (a->state != LM_AXIS_OPEN) {
     return a->state == LM_AXIS_OFF ? LM_AXIS_WAITS_START : LM_AXIS_READY;
   }
   if (a->waits == LM_AXIS_READY && a->stood_s < a->follow.stand_s) {
     a->waits = LM_AXIS_WAITS_STAND; /* a change since the tick */
   }
-  a->asked_to_close = 1;
-  if (a->closing_s > LM_AXIS_CLOSING_S) {
-    return LM_AXIS_WAITS_COMMAND;
-  }
-  if (a->waits == LM_AXIS_READY && !holds) {
-    return LM_AXIS_WAITS_DRIVE;
-  }
   if (a->waits == LM_AXIS_READY) {
     a->state = LM_AXIS_PAUSED;
-    a->released_s = 0;
   }
   return a->waits;
+}
+
+void lm_axis_hold(lm_axis *a) {
+  if (a->state == LM_AXIS_OPEN) {
+    a->state = LM_AXIS_PAUSED;
+    a->holds = 1;
+    forget_standstill(a);
+  }
 }
 
 lm_axis_wait lm_axis_pause(lm_axis *a) {
@@ -358,7 +422,7 @@ lm_status lm_axis_change(lm_axis *a, const lm_parameters *parameters, lm_fault *
 
 float lm_axis_reference(lm_axis *a, float motor_over_ratio_rad, float angle_rad) {
   const float shift_rad = angle_rad - lm_axis_reported(a, motor_over_ratio_rad);
-  const float follows_rad = a->correction.correction_rad + a->correction.lost_motion_rad;
+  const float lags_rad = a->correction.correction_rad + a->correction.lost_motion_rad;
   if (a->state == LM_AXIS_OFF || !is_angle(a->zero_rad + shift_rad)) {
     return -1;
   }
@@ -370,19 +434,19 @@ float lm_axis_reference(lm_axis *a, float motor_over_ratio_rad, float angle_rad)
   }
   a->command_jumps = 1 + (int)(LM_FOLLOW_REST_S / a->follow.period_s);
   forget_standstill(a); /* a torque that is computed from the angle changes */
-  return size(follows_rad) + lm_bound_uncertainty(&a->compensator);
+  return a->output_loop ? 0 : size(lags_rad) + lm_bound_uncertainty(&a->compensator);
 }
 
 float lm_axis_index(lm_axis *a, float latched_rad, float index_rad) {
-  return lm_axis_reference(a, latched_rad, index_rad - a->correction.correction_rad);
+  return lm_axis_reference(a, latched_rad, index_rad - added_rad(a));
 }
 
 void lm_axis_payload(lm_axis *a) {
-  if (a->state == LM_AXIS_OPEN) {
+  if (a->source == LM_AXIS_COMMAND) { /* no measurement has it */
+    a->off_Nm += a->beyond_Nm;
     a->beyond_Nm = 0;
-  } else {
-    a->command_jumps += a->command_jumps == 0;
   }
+  a->command_jumps += a->command_jumps == 0;
   forget_standstill(a);
 }
 

@@ -1,6 +1,6 @@
-/* One axis: the calls of a drive's firmware to the compensator, for a position loop on the motor's
- * encoder and a brake on the motor. (A loop on an encoder at the output must not use it: page
- * "Integration".) The page has the sequence; each function states what it refuses.
+/* One axis: command, torque and correction of a position loop on the motor's encoder, with a brake
+ * on the motor. lm_drive.h enables the drive and releases the brake. The page "Integration" has the
+ * sequence; each function states what it refuses.
  *
  * motor_over_ratio_rad is the motor angle / signed ratio, not the motor angle: a float within
  * +-LM_AXIS_ANGLE_MAX_RAD: subtract a fixed origin from the encoder's counts as integers, then
@@ -23,18 +23,16 @@
 /* 5 turns of the output: one step of binary32 is 2e-6 rad (0.4 arcsec) there. */
 #define LM_AXIS_ANGLE_MAX_RAD 32.0f
 
-/* After the release of the brake the motor current is not used for this time. */
-#define LM_AXIS_RELEASE_S 1.0f
-
 /* A motor that is further from the setpoint is not held there: more than a position loop yields. */
 #define LM_AXIS_APART_RAD 0.01f
 
-/* A change of feed_Nm in LM_AXIS_PAUSED has this time constant: longer than the integral time of a
- * position loop, so that its integrator takes it over. */
+/* A jump that the torque in use has not made is made in LM_AXIS_PAUSED with this time constant,
+ * longer than the integral time of a position loop: its integrator takes over the feed-forward. */
 #define LM_AXIS_FEED_S 1.0f
 
-/* A command to close that has waited for longer has expired. */
-#define LM_AXIS_CLOSING_S 5.0f
+/* In LM_AXIS_CLOSED, at most the torque limit of the parameters in this time: the correction
+ * creeps by a few arcsec a second at most. */
+#define LM_AXIS_CREEP_S 1000.0f
 
 typedef enum lm_axis_state {
   LM_AXIS_OFF = 0, /* not started */
@@ -52,13 +50,11 @@ typedef enum lm_axis_wait {
   LM_AXIS_WAITS_MOTOR,     /* the motor moves behind the brake, is not at setpoint_rad (a drive that
                               follows stated so), or its angle is not valid */
   LM_AXIS_WAITS_STAND,     /* the correction has not stood for LM_AXIS_STAND */
-  LM_AXIS_WAITS_SOURCE,    /* the brake has not been released for LM_AXIS_RELEASE_S, or the
+  LM_AXIS_WAITS_SOURCE,    /* the drive has not followed for LM_AXIS_STAND, for a current, or the
                               measured torque is not in use */
-  LM_AXIS_WAITS_DRIVE,     /* to close: the drive is not enabled; then: it does not follow, and for
-                              nothing else */
+  LM_AXIS_WAITS_DRIVE,     /* the drive does not follow, and for nothing else */
   LM_AXIS_WAITS_PLANNER,   /* to close: the planner is not at command_rad; to pause: it moves */
-  LM_AXIS_WAITS_COMMAND    /* lm_axis_close was called for LM_AXIS_CLOSING_S: not in the next tick,
-                              then by a new command of the operator */
+  LM_AXIS_WAITS_COMMAND    /* lm_drive.h: no command, or it has expired or ended by a trip */
 } lm_axis_wait;
 
 typedef enum lm_axis_source { LM_AXIS_COMMAND = 0, LM_AXIS_SENSOR, LM_AXIS_CURRENT } lm_axis_source;
@@ -72,7 +68,7 @@ typedef struct lm_axis {
   float setpoint_rad;       /* last one, motor angle / signed ratio */
   float command_rad;        /* commanded output angle; the reported one unless LM_AXIS_CLOSED */
   float moved_rad;          /* change of the command in this tick, for lm_guess_torque */
-  float feed_Nm;            /* external torque for the motor's feed-forward: - feed_Nm / ratio */
+  float torque_Nm;          /* external, in use; the motor's feed-forward: - torque_Nm / ratio */
   float zero_rad;   /* reported angle at motor_over_ratio_rad 0 and correction 0: store it */
   lm_follow follow; /* of the planner, with period and LM_AXIS_STAND in seconds */
   lm_mode mode;
@@ -82,24 +78,30 @@ typedef struct lm_axis {
   int rang;           /* LM_STATE_RINGING was set while the loop was closed */
   int begun;          /* first tick */
   int lost_ticks;     /* without an angle of the motor */
-  int asked_to_close; /* since the last tick */
-  float closing_s;    /* for which lm_axis_close has been called */
   int input_missing;
+  int guided; /* lm_axis_guide was called since the last tick */
+  int guides; /* it moves the axis */
+  float guide_rad;
+  lm_correction guide;
+  int holds;       /* lm_axis_hold: the next angle of the motor is the setpoint */
+  int output_loop; /* 1: position loop on an encoder at the output, which is then the motor of this
+                      header: only the rates are used. Set it after lm_axis_power_up */
+  int alone;       /* the correction moves, the joint does not */
+  uint32_t moving_state; /* bits that move it */
   lm_axis_source source; /* of the torque */
   int source_waits;      /* another one was requested in this tick */
   int command_jumps;     /* ticks in which the torque of the command jumps, and the load does not */
-  float torque_Nm;       /* in use */
   float beyond_Nm;       /* what the measurement adds to the torque of the command */
-  float jump_Nm;         /* of the torque of the command, left out until the axis is paused */
-  float feed_off_Nm;     /* of feed_Nm from torque_Nm, after a jump of it */
+  float off_Nm; /* jump of the torque of the command that the torque in use has still to make */
+  float creep_Nm_s;
   float believed_Nm;
   float bound_Nm;
   float share; /* of the filter in a tick */
   float lost_s;
-  float released_s;
+  float borne_s; /* for which the motor has borne the load */
 } lm_axis;
 
-/* What lm_axis_power_down saves, for memory that survives. beyond_Nm: what a measurement added to
+/* What lm_drive_power_down saves, for memory that survives. beyond_Nm: what a measurement added to
  * the torque of the command; set it to 0 if the payload changed meanwhile (lm_axis_payload). */
 typedef struct lm_axis_kept {
   lm_saved history;
@@ -121,9 +123,9 @@ lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_axis_
  * commanded_Nm: gravity at command_rad minus inertia times the planner's acceleration of the output
  * (compensator.h: signs); 0 if unknown. They filter at a tenth of the resonance for which the
  * parameters were exported. The torque does not jump when its source or the zero changes: the
- * command keeps the last difference to a measurement, until power-up with beyond_Nm 0. feed_Nm is
- * the torque in use; where that jumps, in LM_AXIS_PAUSED, it follows with LM_AXIS_FEED_S: the
- * position loop bears the load already, and its integrator, if any, takes the change over.
+ * command keeps the last difference to a measurement, until power-up with beyond_Nm 0 or
+ * lm_axis_payload. A jump of gravity with the zero or a payload is made with LM_AXIS_FEED_S in
+ * LM_AXIS_PAUSED, and creeps in LM_AXIS_CLOSED (LM_AXIS_CREEP_S).
  *
  * sensed_Nm: minus the torque of the gear on the link, which a sensor between them measures. Not
  * filtered; between two samples the last one. If it is not finite for the time of LM_AXIS_STAND,
@@ -134,12 +136,11 @@ float lm_axis_use_command(lm_axis *a, float commanded_Nm);
 float lm_axis_use_sensor(lm_axis *a, float commanded_Nm, float sensed_Nm);
 
 /* motor_rad_s: velocity of the motor shaft, from counts; acceleration_rad_s2: of the planner, at
- * the output. released: 1 from the command to release the brake to the command to close it, 0
- * otherwise, and from a fault or safe torque off on. The current is used once the brake has been
- * released for LM_AXIS_RELEASE_S in LM_AXIS_PAUSED; until then the torque of the command plus the
- * last difference. A current or a velocity that is not finite: as a lost sensor. */
+ * the output. follows: of lm_drive. The current is used once the drive has followed, and so borne
+ * the load, for the time of LM_AXIS_STAND; until then the torque of the command plus the last
+ * difference. A current or a velocity that is not finite: as a lost sensor. */
 float lm_axis_use_current(lm_axis *a, const lm_motor *motor, float commanded_Nm, float current_A,
-                          float motor_rad_s, float acceleration_rad_s2, int released);
+                          float motor_rad_s, float acceleration_rad_s2, int follows);
 
 /* Velocity feed-forward, of the output: the planner's velocity plus the rate of the correction in
  * LM_AXIS_CLOSED, otherwise 0. A velocity that is not finite is replaced by that of the command. */
@@ -149,29 +150,21 @@ float lm_axis_rate(const lm_axis *a, float planned_rad_s);
  * ignored. wish_rad: the output angle that the planner requests, a new one in every tick:
  * interpolate a slower planner. While the state is not LM_AXIS_CLOSED the planner is at rest at
  * command_rad, within LM_FOLLOW_NEAR_RAD. In LM_AXIS_CLOSED the axis is paused by a wish that steps
- * (LM_FOLLOW_STEP_RAD_S), or is missing (not finite) for more than LM_FOLLOW_LOST_TICKS. Returns
+ * (follow.step_rad_s), or is missing (not finite) for more than LM_FOLLOW_LOST_TICKS. Returns
  * the setpoint of the position loop, motor angle / signed ratio.
  *
- * follows: 1 while the drive reports that it follows the setpoint, and the brake has opened. With
- * 0, or motor_over_ratio_rad not finite for more than LM_FOLLOW_LOST_TICKS (lost bus),
+ * follows: of lm_drive: 1 while the drive reports that it follows the setpoint, and the brake has
+ * opened; 0 also for a monitored standstill. With 0, or motor_over_ratio_rad not finite for more than LM_FOLLOW_LOST_TICKS (lost bus),
  * LM_AXIS_CLOSED becomes LM_AXIS_PAUSED: the setpoint stays at once, also in motion. LM_AXIS_PAUSED
  * lasts until it is 1 and the angle is there. */
 float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_rad, float wish_rad,
                    int follows);
 
-/* From LM_AXIS_OPEN to LM_AXIS_PAUSED. holds: the drive reports that it is enabled and holds the
- * motor at the setpoint, the brake still on; or it is enabled in this cycle, and this releases its
- * brake. Not LM_AXIS_READY: the loop must not close yet, try again in the next tick. lm_axis_tick
- * continues to LM_AXIS_CLOSED by itself once the drive follows; nothing moves. Until the position
- * loop bears the load, it yields by its own error: feed the load forward. If the drive is not
- * enabled in the end: lm_axis_open. */
-lm_axis_wait lm_axis_close(lm_axis *a, int holds);
-
-/* When the brake bears the load, and at once when the drive leaves its position loop by itself
- * (fault, safe torque off) or for another mode. Not when the brake begins to close: until it bears
- * the load the position loop has to stop and to hold it; and not while a drive is being enabled.
- * While it still follows in LM_AXIS_OPEN, the setpoint stays. */
-void lm_axis_open(lm_axis *a);
+/* A test instead of the planner (commissioning): call it before every tick. The axis then stays in
+ * LM_AXIS_PAUSED. Returns 1 once it could be closed: from then on its setpoint is command_rad
+ * (without the zero) + correction, with the rates of both, until the drive no longer follows or the
+ * call is missing; then the setpoint stays. Before it: command_rad not finite, correction null. */
+int lm_axis_guide(lm_axis *a, float command_rad, const lm_correction *correction);
 
 /* From LM_AXIS_CLOSED to LM_AXIS_PAUSED, for whatever moves the correction although the load does
  * not: another source of the torque, an input angle that becomes known, the end of a headroom.
@@ -193,9 +186,9 @@ lm_status lm_axis_change(lm_axis *a, const lm_parameters *parameters, lm_fault *
  * on the way from the old to the shifted one pauses the axis, also in motion. motor_over_ratio_rad:
  * latched at the switch. Returns by how much the zero may be wrong, rad, if the torque is right: an
  * error of the torque adds its own wind-up. If that is too much, drive a load cycle and home again.
- * If gravity was computed with the zero of before: then lm_axis_pause, with which the torque of the
- * command takes its new value. Off, or an angle that is not valid: returns -1 and changes nothing.
- */
+ * If gravity was computed with the zero of before, the torque in use is still that: lm_axis_pause
+ * shortens its way to the new value. Off, or an angle that is not valid: returns -1 and changes
+ * nothing. */
 float lm_axis_reference(lm_axis *a, float motor_over_ratio_rad, float angle_rad);
 
 /* The index of an incremental encoder: latched_rad: motor / ratio there; index_rad: latched_rad +
@@ -203,10 +196,9 @@ float lm_axis_reference(lm_axis *a, float motor_over_ratio_rad, float angle_rad)
 float lm_axis_index(lm_axis *a, float latched_rad, float index_rad);
 
 /* Another payload: call it between the last torque of the command without it and the first one with
- * it. The torque in use does not jump: a measured source has the payload from the measurement, and
- * the torque of the command takes its new value with lm_axis_pause. In LM_AXIS_OPEN it takes it at
- * once, and what a measurement had added is forgotten, so also call it if the payload was changed
- * behind the brake and gravity is computed without it. */
+ * it, in one step; also if it was changed behind the brake. The torque in use does not jump. A
+ * measured source has the payload from the measurement; the torque of the command alone forgets
+ * what a measurement had added, and makes the jump as above, in LM_AXIS_OPEN at once. */
 void lm_axis_payload(lm_axis *a);
 
 /* For an axis that turns without end: whole turns of the output were added to the origin of
@@ -219,11 +211,24 @@ void lm_axis_turn(lm_axis *a, float by_rad);
  * with the new angles; store zero_rad again. */
 void lm_axis_origin(lm_axis *a, float by_rad);
 
-/* Saves the history; the axis is off then, and a new start is a power-up. Not LM_AXIS_READY: the
- * loop is closed, or correction and motor have not stood: nothing was saved, try again. */
-lm_axis_wait lm_axis_power_down(lm_axis *a, lm_axis_kept *kept);
-
 /* Actual output angle. */
 float lm_axis_reported(const lm_axis *a, float motor_over_ratio_rad);
+
+/* Called by lm_drive.c, which knows when. From LM_AXIS_OPEN to LM_AXIS_PAUSED: after a standstill
+ * of motor and correction, in the cycle that enables the drive or with the brake on; otherwise the
+ * reason. The setpoint stays from here on. Until the position loop bears the load, it yields by its
+ * own error: feed the load forward. */
+lm_axis_wait lm_axis_close(lm_axis *a);
+
+/* The same at once, for a drive that was in another mode, with the brake open. */
+void lm_axis_hold(lm_axis *a);
+
+/* To LM_AXIS_OPEN: the brake bears the load, or the drive has left its position loop. With
+ * `follows` 1 the setpoint stays even there. */
+void lm_axis_open(lm_axis *a);
+
+/* Saves the history; the axis is off then. Not LM_AXIS_READY: the loop is closed, or correction and
+ * motor have not stood: nothing was saved. */
+lm_axis_wait lm_axis_power_down(lm_axis *a, lm_axis_kept *kept);
 
 #endif

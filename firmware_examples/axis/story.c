@@ -13,10 +13,12 @@
 #define NEAR_RAD 9e-5f /* below LM_FOLLOW_NEAR_RAD */
 #define TURN_RAD 6.28318531f
 
-#define PERIOD_S 5e-4f     /* of the parameters */
-#define STAND_TICKS 501    /* LM_AXIS_STAND is 448 */
-#define RELEASE_TICKS 2000 /* LM_AXIS_RELEASE_S */
-#define FEED_TICKS 8000    /* four times LM_AXIS_FEED_S */
+#define PERIOD_S 5e-4f   /* of the parameters */
+#define STAND_TICKS 501  /* LM_AXIS_STAND is 448 */
+#define BEAR_TICKS 1120  /* the same at RESPONSE_PER_S */
+#define FEED_TICKS 12000 /* six times LM_AXIS_FEED_S */
+#define CREEP_TICKS 2000
+#define CREEP_NM 0.06f /* in that time: of 60 N m in LM_AXIS_CREEP_S */
 
 /* A motor current: what it adds to the torque of the command, what friction at rest can hide of
  * that, its filter at a tenth of the resonance, and the response for this resonance. */
@@ -87,10 +89,7 @@ static float join(joint *j) {
 /* Closes the loop once the load stands. */
 static float close_loop(joint *j) {
   int ticks = 0;
-  if (lm_axis_close(&j->drive, 0) == LM_AXIS_READY) { /* the drive does not hold the motor */
-    return 1;
-  }
-  while (lm_axis_close(&j->drive, 1)) {
+  while (lm_axis_close(&j->drive)) {
     run(j, 1, LOAD_NM, 0);
     if (++ticks > 2 * STAND_TICKS) {
       return 1;
@@ -125,13 +124,12 @@ static float take_current(joint *j) {
   if (lm_axis_change(&j->drive, &slower, 0) != LM_OK) {
     return 1;
   }
-  for (ticks = 0; ticks < RELEASE_TICKS + 4 * STAND_TICKS && closed_ticks < 4 * STAND_TICKS;
-       ++ticks) {
-    const int begins = ticks > RELEASE_TICKS - 10 && ticks < RELEASE_TICKS + 10;
+  for (ticks = 0; ticks < BEAR_TICKS + 4 * STAND_TICKS && closed_ticks < 4 * STAND_TICKS; ++ticks) {
+    const int begins = ticks > BEAR_TICKS - 10 && ticks < BEAR_TICKS + 10;
     const float current_A = PAYLOAD_NM - LOAD_NM + (begins ? OUTLIER_A : 0);
     const float torque_Nm = lm_axis_use_current(&j->drive, &motor, LOAD_NM, current_A, 0, 0, 1);
-    if ((ticks < RELEASE_TICKS - 10 && j->drive.source != LM_AXIS_COMMAND) ||
-        (ticks > RELEASE_TICKS + 10 && j->drive.source != LM_AXIS_CURRENT) ||
+    if ((ticks < BEAR_TICKS - 10 && j->drive.source != LM_AXIS_COMMAND) ||
+        (ticks > BEAR_TICKS + 10 && j->drive.source != LM_AXIS_CURRENT) ||
         size(torque_Nm - before_Nm) > JUMP_NM) {
       return 1;
     }
@@ -147,9 +145,9 @@ static float take_current(joint *j) {
   }
   before_rad = size(j->motor_rad - before_rad);
   /* The brake closes and opens again: the current is not used until the axis is paused. */
-  for (ticks = 0; ticks < 2 * RELEASE_TICKS; ++ticks) {
+  for (ticks = 0; ticks < 2 * BEAR_TICKS; ++ticks) {
     const float torque_Nm =
-        lm_axis_use_current(&j->drive, &motor, LOAD_NM, 0, 0, 0, ticks >= RELEASE_TICKS / 2);
+        lm_axis_use_current(&j->drive, &motor, LOAD_NM, 0, 0, 0, ticks >= BEAR_TICKS / 2);
     if (size(torque_Nm - before_Nm) > 1e-5f || j->drive.source != LM_AXIS_COMMAND) {
       return 1;
     }
@@ -178,7 +176,7 @@ static int lose_measurement(joint *j, int by_current) {
   if (lm_axis_pause(&j->drive)) {
     return 1;
   }
-  for (k = 0; by_current && k < RELEASE_TICKS; ++k) {
+  for (k = 0; by_current && k < BEAR_TICKS; ++k) {
     run(j, 1, measure(j, 1, LOAD_NM), 0);
   }
   for (k = 0; k < 4 * STAND_TICKS; ++k) {
@@ -228,28 +226,27 @@ static int shift_gravity(joint *j) {
   (void)lm_axis_reference(&j->drive, j->motor_rad, j->drive.command_rad + 0.3f);
   for (k = 0; k < 4; ++k) { /* the planner, and gravity that is computed from it, follow later */
     after_Nm = lm_axis_use_command(&j->drive, k < 3 ? LOAD_NM : LOAD_NM - 4.0f);
-    if (size(after_Nm - before_Nm) > 1e-5f) {
+    if (size(after_Nm - before_Nm) > JUMP_NM / 10) {
       return 1;
     }
     j->wish_rad += k == 3 ? 0.3f : 0;
     run(j, 1, after_Nm, 0);
   }
   run(j, 50, after_Nm, 0);
-  after_Nm = lm_axis_use_command(&j->drive, LOAD_NM - 4.0f);
-  if (size(after_Nm - before_Nm) > 1e-5f || lm_axis_pause(&j->drive)) {
-    return 1;
+  for (k = 0; k < CREEP_TICKS; ++k) {
+    after_Nm = lm_axis_use_command(&j->drive, LOAD_NM - 4.0f);
   }
-  after_Nm = lm_axis_use_command(&j->drive, LOAD_NM - 4.0f);
-  if (size(after_Nm - before_Nm + 4.0f) > 1e-5f || size(j->drive.feed_Nm - before_Nm) > 0.1f) {
+  if (size(after_Nm - before_Nm + CREEP_NM) > 0.1f * CREEP_NM || lm_axis_pause(&j->drive)) {
     return 1;
   }
   for (k = 0; k < FEED_TICKS; ++k) {
-    (void)lm_axis_use_command(&j->drive, LOAD_NM - 4.0f);
-    if (k == FEED_TICKS / 40 && size(j->drive.feed_Nm - before_Nm) > 0.5f) {
+    before_Nm = after_Nm;
+    after_Nm = lm_axis_use_command(&j->drive, LOAD_NM - 4.0f);
+    if (size(after_Nm - before_Nm) > 4.0f * PERIOD_S) {
       return 1; /* an integrator of the position loop could not follow */
     }
   }
-  if (size(j->drive.feed_Nm - after_Nm) > 0.1f) {
+  if (size(after_Nm - LOAD_NM + 4.0f) > 0.1f) {
     return 1;
   }
   (void)lm_axis_use_command(&j->drive, LOAD_NM);
@@ -387,7 +384,7 @@ static int change_payload(joint *j) {
   lm_axis_payload(&j->drive);
   for (k = 0; k < STAND_TICKS; ++k) {
     run(j, 1, lm_axis_use_sensor(&j->drive, LOAD_NM + payload_Nm, LOAD_NM + payload_Nm), 0);
-    if (size(j->drive.torque_Nm - LOAD_NM - payload_Nm) > 0.01f) {
+    if (size(j->drive.torque_Nm - LOAD_NM - payload_Nm) > JUMP_NM) {
       return 1;
     }
   }
@@ -403,19 +400,30 @@ static int change_payload(joint *j) {
   (void)lm_axis_use_command(&j->drive, LOAD_NM + payload_Nm); /* the sensor is lost */
   lm_axis_payload(&j->drive);                                 /* computed, after it was measured */
   (void)lm_axis_use_command(&j->drive, LOAD_NM + 2 * payload_Nm);
-  if (size(j->drive.torque_Nm - LOAD_NM - 2 * payload_Nm) > 0.01f) {
+  if (size(j->drive.torque_Nm - LOAD_NM - 2 * payload_Nm) > JUMP_NM) {
+    return 1;
+  }
+  for (k = 0; k < STAND_TICKS; ++k) { /* a third one is measured, and not computed */
+    (void)lm_axis_use_sensor(&j->drive, LOAD_NM + 2 * payload_Nm, LOAD_NM + 3 * payload_Nm);
+  }
+  (void)lm_axis_use_command(&j->drive, LOAD_NM + 2 * payload_Nm);
+  lm_axis_payload(&j->drive); /* the command has all of it: what was measured counts no more */
+  for (k = 0; k < FEED_TICKS; ++k) {
+    (void)lm_axis_use_command(&j->drive, LOAD_NM + 2.5f * payload_Nm);
+  }
+  if (size(j->drive.torque_Nm - LOAD_NM - 2.5f * payload_Nm) > 0.1f) {
     return 1;
   }
   lm_axis_payload(&j->drive); /* put down again, and measured by nothing */
   (void)lm_axis_use_command(&j->drive, LOAD_NM);
   lm_axis_open(&j->drive);
   run(j, 1, lm_axis_use_command(&j->drive, LOAD_NM), 0);
-  if (size(j->drive.feed_Nm - j->drive.torque_Nm) > 1e-5f) {
+  if (size(j->drive.torque_Nm - LOAD_NM) > 1e-5f) {
     return 1; /* the load that the motor has to bear when the brake opens */
   }
   lm_axis_payload(&j->drive);
   if (size(lm_axis_use_command(&j->drive, LOAD_NM) - LOAD_NM) > 1e-5f ||
-      size(j->drive.feed_Nm - LOAD_NM) > 1e-5f) {
+      size(j->drive.torque_Nm - LOAD_NM) > 1e-5f) {
     return 1;
   }
   return close_loop(j) > STILL_RAD;
@@ -435,7 +443,7 @@ static int open_early(joint *j) {
   /* A drive that is said to follow, and has moved the axis in another mode. */
   for (k = 0; k < 2 * STAND_TICKS; ++k) {
     (void)lm_axis_tick(&j->drive, &at, j->motor_rad + (k < STAND_TICKS ? 0.4f : 0), 0, 1);
-    if (k == STAND_TICKS - 1 && lm_axis_close(&j->drive, 1) != LM_AXIS_WAITS_MOTOR) {
+    if (k == STAND_TICKS - 1 && lm_axis_close(&j->drive) != LM_AXIS_WAITS_MOTOR) {
       return 1;
     }
   }
@@ -522,14 +530,12 @@ static int lose_thermometer(joint *j) {
 }
 
 /* An incremental encoder with another origin after each power-up: the index of the motor gives the
- * zero, whatever the correction is. A command to close that waits too long has expired. */
+ * zero, whatever the correction is. */
 static int find_index(joint *j) {
   const float origin_rad = 0.7f;
   const float latched_rad = 0.4f;
   const float index_rad = latched_rad + j->drive.zero_rad;
-  const lm_conditions at = conditions(LOAD_NM);
   lm_axis axis = j->drive;
-  int asked = 0;
   int k;
   for (k = 1; k <= 2; ++k) { /* starts */
     (void)lm_axis_index(&axis, latched_rad - origin_rad * (float)k, index_rad);
@@ -537,17 +543,7 @@ static int find_index(joint *j) {
       return 1;
     }
   }
-  lm_axis_open(&axis);
-  while (lm_axis_close(&axis, 1) == LM_AXIS_WAITS_MOTOR || asked == 0) {
-    (void)lm_axis_tick(&axis, &at, asked % 2 ? 0 : latched_rad, 0, 0);
-    if (++asked > 20000) {
-      return 1;
-    }
-  }
-  (void)lm_axis_tick(&axis, &at, 0, 0, 0);
-  (void)lm_axis_tick(&axis, &at, 0, 0, 0);
-  return size((float)asked * PERIOD_S - LM_AXIS_CLOSING_S) > 0.01f ||
-         lm_axis_close(&axis, 1) == LM_AXIS_WAITS_COMMAND;
+  return 0;
 }
 
 /* While the drive does not follow, nothing moves, also under a push, and the planner does not
@@ -573,7 +569,7 @@ static int pass_on_finite(joint *j) {
   const float most = 2e38f;
   const float none = not_a_number();
   const float torque_Nm = lm_axis_use_command(&j->drive, LOAD_NM);
-  const float feed_Nm = j->drive.feed_Nm;
+  const float feed_Nm = j->drive.torque_Nm;
   const float setpoint_rad = j->drive.setpoint_rad;
   float rate_rad_s;
   (void)lm_axis_use_command(&j->drive, none);
@@ -581,7 +577,7 @@ static int pass_on_finite(joint *j) {
   j->drive.beyond_Nm = most;
   (void)lm_axis_use_command(&j->drive, most);
   j->drive.beyond_Nm = 0;
-  if (!(size(j->drive.torque_Nm - torque_Nm) <= 0 && size(j->drive.feed_Nm - feed_Nm) <= 0)) {
+  if (!(size(j->drive.torque_Nm - torque_Nm) <= 0 && size(j->drive.torque_Nm - feed_Nm) <= 0)) {
     return 1;
   }
   run(j, 1, lm_axis_use_command(&j->drive, LOAD_NM), 0);
@@ -677,14 +673,14 @@ static int refuse_angles(void) {
       lm_axis_power_up(&axis, &joint_parameters, 0, &at, 257, 0, &fault) != LM_OUT_OF_RANGE ||
       fault.input[0] != 'm' ||
       lm_axis_power_up(&axis, &joint_parameters, 0, &at, 0, none, &fault) != LM_OUT_OF_RANGE ||
-      axis.state != LM_AXIS_OFF || lm_axis_close(&axis, 1) != LM_AXIS_WAITS_START ||
+      axis.state != LM_AXIS_OFF || lm_axis_close(&axis) != LM_AXIS_WAITS_START ||
       lm_axis_power_up(&axis, &joint_parameters, 0, &at, 0, 0, &fault) != LM_OK) {
     return 1;
   }
   for (k = 0; k < STAND_TICKS; ++k) {
     (void)lm_axis_tick(&axis, &at, 40, 0, 1);
   }
-  if (lm_axis_close(&axis, 1) != LM_AXIS_WAITS_MOTOR) {
+  if (lm_axis_close(&axis) != LM_AXIS_WAITS_MOTOR) {
     return 1;
   }
   /* Another mode after the tick: not yet. */
@@ -692,7 +688,7 @@ static int refuse_angles(void) {
     (void)lm_axis_tick(&axis, &at, 0, 0, 1);
   }
   (void)lm_axis_set_mode(&axis, LM_MODE_RESET);
-  return lm_axis_close(&axis, 1) != LM_AXIS_WAITS_STAND;
+  return lm_axis_close(&axis) != LM_AXIS_WAITS_STAND;
 }
 
 static void turn_load(joint *j, float from_Nm, float to_Nm) {
@@ -727,7 +723,7 @@ int axis_story(float *most_rad) {
   }
   /* The torque is not known yet: the loop stays open. */
   run(&j, STAND_TICKS, LM_UNKNOWN, 0);
-  if (lm_axis_close(&j.drive, 1) != LM_AXIS_WAITS_CONDITION) {
+  if (lm_axis_close(&j.drive) != LM_AXIS_WAITS_CONDITION) {
     return 2;
   }
   moved_rad = close_loop(&j);
@@ -760,7 +756,7 @@ int axis_story(float *most_rad) {
   lm_axis_open(&j.drive);
   run(&j, 200, LOAD_NM + PUSH_NM, 0);
   run(&j, 20, LOAD_NM, 0);
-  if (!lm_axis_close(&j.drive, 1) || !lm_axis_power_down(&j.drive, &kept)) {
+  if (!lm_axis_close(&j.drive) || !lm_axis_power_down(&j.drive, &kept)) {
     return 5;
   }
   /* The brake slips: the loop stays open. */
@@ -768,7 +764,7 @@ int axis_story(float *most_rad) {
     j.motor_rad += SLIP_RAD;
     run(&j, 1, LOAD_NM, 0);
   }
-  if (!lm_axis_close(&j.drive, 1)) {
+  if (!lm_axis_close(&j.drive)) {
     return 15;
   }
   /* The arm swings against the brake: that is no ringing of the correction. */
@@ -874,7 +870,7 @@ int axis_story(float *most_rad) {
     return 10;
   }
   zero_rad = j.wish_rad;
-  for (k = 0; k < STAND_TICKS && lm_axis_close(&j.drive, 1); ++k) {
+  for (k = 0; k < STAND_TICKS && lm_axis_close(&j.drive); ++k) {
     run(&j, 1, lm_axis_use_command(&j.drive, LOAD_NM), 0);
   }
   for (k = 0; k < STAND_TICKS; ++k) {

@@ -1,6 +1,6 @@
 #include "commissioning.h"
 
-#include "../joint/sine.h"
+#include "sine.h"
 
 #define PI 3.14159265f
 

@@ -5,7 +5,7 @@
 #include "commissioning.h"
 
 #include "../joint/params.h"
-#include "../joint/sine.h"
+#include "sine.h"
 
 #define RATIO 100.0f
 #define GRAVITY_NM 20.0f

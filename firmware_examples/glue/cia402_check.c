@@ -8,9 +8,10 @@
 #define LOAD_NM (-12.0f)
 #define INCREMENTS 131072u
 #define RATIO (-100.0f)
+#define RATED_NM 0.5f
 #define ORIGIN 1200000000                       /* 90 turns of the output */
 #define RAD (131072.0f * -100.0f / 6.28318531f) /* increments */
-#define STAND_CYCLES 620 /* CIA402_STAND, the states of the drive, its brake */
+#define STAND_CYCLES 620 /* LM_AXIS_STAND, the states of the drive, its brake */
 #define SWING_NM 10.0f   /* of the arm against the brake, at 20 Hz */
 #define SWING_CYCLES 50
 #define STEP_RAD 5e-7f /* a motor that is enabled, braked or off moves by less: one increment */
@@ -53,11 +54,28 @@ static void run_drive(csp_drive *drive, const cia402_output *out) {
 }
 
 typedef struct cell {
-  cia402_axis axis;
+  cia402_axis cia;
   csp_drive drive;
   lm_memory gear;
   float largest_rad; /* greatest step of the motor from cycle to cycle */
 } cell;
+
+static int is_closed(const cell *c) {
+  return c->cia.axis.state == LM_AXIS_CLOSED;
+}
+
+/* The correction has not stood yet. */
+static int is_held(const cell *c) {
+  return c->cia.axis.state == LM_AXIS_PAUSED && c->cia.axis.waits != LM_AXIS_WAITS_PLANNER;
+}
+
+static float reported(const cia402_axis *cia, const cia402_input *in) {
+  return lm_axis_reported(&cia->axis, cia402_motor(cia, in));
+}
+
+static float reference(cia402_axis *cia, const cia402_input *in, float angle_rad) {
+  return lm_axis_reference(&cia->axis, cia402_motor(cia, in), angle_rad);
+}
 
 static cia402_input read_drive(const cell *c) {
   cia402_input in;
@@ -83,14 +101,14 @@ static void cycles(cell *c, int n, float torque_Nm, float *wish_rad, float rate_
     float moved_rad;
     at.torque_Nm = torque_Nm;
     *wish_rad += rate_rad;
-    out = cia402_cycle(&c->axis, &in, &at, *wish_rad, enable);
+    out = cia402_cycle(&c->cia, &in, &at, *wish_rad, enable);
     run_drive(&c->drive, &out);
     moved_rad = (float)(c->drive.motor - before) / RAD;
     moved_rad = moved_rad < 0 ? -moved_rad : moved_rad;
     c->largest_rad = moved_rad > c->largest_rad ? moved_rad : c->largest_rad;
     (void)output_of(c, torque_Nm);
     if (enable == 0 || c->drive.status != CIA402_OPERATION_ENABLED) {
-      *wish_rad = c->axis.command_rad; /* the planner starts at the reported angle */
+      *wish_rad = c->cia.axis.command_rad; /* the planner starts at the reported angle */
     }
   }
 }
@@ -104,19 +122,19 @@ static int check_hold(cell *c, float *wish_rad) {
   smaller.limits.correction_rad *= 0.1f;
   for (k = 0; k < 4; ++k) {
     if (k < 2) {
-      (void)cia402_set_mode(&c->axis, k == 0 ? LM_MODE_RESET : LM_MODE_RUN);
-    } else if (cia402_change(&c->axis, k == 2 ? &smaller : &joint_parameters, 0) != LM_OK) {
+      (void)lm_axis_set_mode(&c->cia.axis, k == 0 ? LM_MODE_RESET : LM_MODE_RUN);
+    } else if (lm_axis_change(&c->cia.axis, k == 2 ? &smaller : &joint_parameters, 0) != LM_OK) {
       return 14;
     }
     cycles(c, 20, LOAD_NM, wish_rad, 0, 1);
-    if (!c->axis.held || c->axis.sent.velocity_offset != 0 || c->axis.follow.rested_s > 0) {
+    if (!is_held(c) || c->cia.sent.velocity_offset != 0 || c->cia.axis.follow.rested_s > 0) {
       return 15;
     }
     cycles(c, 2 * STAND_CYCLES, LOAD_NM, wish_rad, 0, 1);
-    if (c->axis.held) {
+    if (is_held(c)) {
       return 16;
     }
-    *wish_rad = c->axis.command_rad;
+    *wish_rad = c->cia.axis.command_rad;
     cycles(c, STAND_CYCLES, LOAD_NM, wish_rad, 0, 1);
     if (c->drive.motor < motor - 1 || c->drive.motor > motor + 1) {
       return 17;
@@ -135,10 +153,10 @@ static int check_stop(cell *c, float *wish_rad) {
   int32_t before;
   at.torque_Nm = LOAD_NM;
   cycles(c, 100, LOAD_NM, wish_rad, 5e-4f, 1);
-  before = c->axis.sent.target_position;
+  before = c->cia.sent.target_position;
   in = read_drive(c);
   in.position_actual += lag; /* RATIO is negative */
-  out = cia402_cycle(&c->axis, &in, &at, *wish_rad, 0);
+  out = cia402_cycle(&c->cia, &in, &at, *wish_rad, 0);
   if (out.controlword != CIA402_QUICK_STOP || out.target_position != before) {
     return 24;
   }
@@ -158,9 +176,9 @@ static int check_stop(cell *c, float *wish_rad) {
 }
 
 /* The brake slips: the drive is not enabled, the history is not saved. */
-static int check_slip(cell *c, float *wish_rad, lm_saved *kept) {
+static int check_slip(cell *c, float *wish_rad, lm_axis_kept *kept) {
   int k;
-  if (!cia402_power_down(&c->axis, kept)) {
+  if (!lm_drive_power_down(&c->cia.drive, &c->cia.axis, kept)) {
     return 26; /* enabled */
   }
   cycles(c, 1, LOAD_NM, wish_rad, 0, 0);
@@ -168,7 +186,10 @@ static int check_slip(cell *c, float *wish_rad, lm_saved *kept) {
     c->drive.motor += 10;
     cycles(c, 1, LOAD_NM, wish_rad, 0, k > STAND_CYCLES);
   }
-  return c->drive.status == CIA402_SWITCH_ON_DISABLED && cia402_power_down(&c->axis, kept) ? 0 : 26;
+  return c->drive.status != CIA402_OPERATION_ENABLED &&
+                 lm_drive_power_down(&c->cia.drive, &c->cia.axis, kept)
+             ? 0
+             : 26;
 }
 
 static float not_a_number(void) {
@@ -179,16 +200,16 @@ static float not_a_number(void) {
 /* A wish, a latch or a zero that is not finite: nothing moves, and the zero remains. */
 static int check_not_finite(cell *c, float *wish_rad) {
   float no_number = not_a_number();
-  const float zero_rad = c->axis.zero_rad;
+  const float zero_rad = c->cia.axis.zero_rad;
   const cia402_input in = read_drive(c);
   c->largest_rad = 0;
   cycles(c, STAND_CYCLES, LOAD_NM, &no_number, 0, 1);
-  if (cia402_reference(&c->axis, &in, no_number) >= 0) {
+  if (reference(&c->cia, &in, no_number) >= 0) {
     return 21;
   }
-  cia402_set_zero(&c->axis, no_number);
   cycles(c, STAND_CYCLES, LOAD_NM, wish_rad, 0, 1);
-  return c->largest_rad > STEP_RAD || c->axis.zero_rad < zero_rad || c->axis.zero_rad > zero_rad
+  return c->largest_rad > STEP_RAD || c->cia.axis.zero_rad < zero_rad ||
+                 c->cia.axis.zero_rad > zero_rad
              ? 21
              : 0;
 }
@@ -203,30 +224,26 @@ static int check_planner(cell *c, float *wish_rad) {
   cia402_input in;
   cycles(c, 10, LOAD_NM, wish_rad, rate_rad, 1);
   in = read_drive(c);
-  (void)cia402_reference(&c->axis, &in, cia402_reported(&c->axis, &in) + shift_rad);
+  (void)reference(&c->cia, &in, reported(&c->cia, &in) + shift_rad);
   c->largest_rad = 0;
   for (k = 0; k < 10; ++k) {
     *wish_rad += k == 3 ? shift_rad : 0;
     cycles(c, 1, LOAD_NM, wish_rad, rate_rad, 1);
   }
-  if (c->largest_rad > 1.1f * rate_rad || c->axis.follow.late_rad > 0 || !c->axis.joined) {
+  if (c->largest_rad > 1.1f * rate_rad || c->cia.axis.follow.late_rad > 0 || !is_closed(c)) {
     return 28;
   }
   cycles(c, 50, LOAD_NM, wish_rad, 0, 1);
   motor = c->drive.motor;
-  cia402_pause(&c->axis);
-  cycles(c, 2 * STAND_CYCLES, LOAD_NM, wish_rad, 0, 1);
-  if (c->axis.held) {
-    return 29;
-  }
+  lm_axis_pause(&c->cia.axis);
   elsewhere_rad = *wish_rad + 1;
-  cycles(c, 50, LOAD_NM, &elsewhere_rad, 0, 1);
-  if (c->drive.motor < motor - 1 || c->drive.motor > motor + 1) {
+  cycles(c, 2 * STAND_CYCLES, LOAD_NM, &elsewhere_rad, 0, 1);
+  if (is_held(c) || is_closed(c) || c->drive.motor < motor - 1 || c->drive.motor > motor + 1) {
     return 29;
   }
-  *wish_rad = c->axis.command_rad;
+  *wish_rad = c->cia.axis.command_rad;
   cycles(c, 50, LOAD_NM, wish_rad, 0, 1);
-  return c->axis.joined ? 0 : 29;
+  return is_closed(c) ? 0 : 29;
 }
 
 /* After a fault or a trip the drive is enabled by a new command alone. */
@@ -261,24 +278,24 @@ static int check_bus(cell *c, float *wish_rad) {
   for (k = 0; k < 40; ++k) {
     const cia402_input in = {0, 0, 0, 0};
     *wish_rad += 5e-4f;
-    (void)cia402_cycle(&c->axis, &in, &none, *wish_rad, 1);
-    if (cia402_reference(&c->axis, &in, 0) >= 0 ||
-        c->axis.held != (k >= LM_FOLLOW_LOST_TICKS)) { /* as usual drives tolerate */
+    (void)cia402_cycle(&c->cia, &in, &none, *wish_rad, 1);
+    if (reference(&c->cia, &in, 0) >= 0 ||
+        is_held(c) != (k >= LM_FOLLOW_LOST_TICKS)) { /* as usual drives tolerate */
       return 31;
     }
   }
   motor += (int32_t)((float)LM_FOLLOW_LOST_TICKS * 5e-4f * RAD);
   cycles(c, 1, LOAD_NM, wish_rad, 0, 1);
-  if (!c->axis.held) {
+  if (!is_held(c)) {
     return 31;
   }
   cycles(c, 2 * STAND_CYCLES, LOAD_NM, wish_rad, 0, 1);
-  if (c->axis.held) {
+  if (is_held(c)) {
     return 31;
   }
-  *wish_rad = c->axis.command_rad;
-  cycles(c, 50, LOAD_NM, wish_rad, 0, 1);
-  return c->axis.joined && c->drive.motor >= motor - 5 && c->drive.motor <= motor + 5 ? 0 : 31;
+  *wish_rad = c->cia.axis.command_rad;
+  cycles(c, STAND_CYCLES, LOAD_NM, wish_rad, 0, 1);
+  return is_closed(c) && c->drive.motor >= motor - 5 && c->drive.motor <= motor + 5 ? 0 : 31;
 }
 
 /* The wish steps or is missing for some cycles in motion; enable is 0 for three cycles that the
@@ -291,10 +308,11 @@ static int check_steps(cell *c, float *wish_rad) {
   at.torque_Nm = LOAD_NM;
   for (k = 0; k < 3; ++k) {
     int j;
-    *wish_rad = c->axis.command_rad;
-    cycles(c, 100, LOAD_NM, wish_rad, 0, 1);
+    *wish_rad = c->cia.axis.command_rad;
+    cycles(c, STAND_CYCLES, LOAD_NM, wish_rad, 0, 1);
     cycles(c, 100, LOAD_NM, wish_rad, rate_rad, 1);
-    if (!c->axis.joined || !cia402_pause(&c->axis) || !cia402_set_mode(&c->axis, LM_MODE_RESET)) {
+    if (!is_closed(c) || !lm_axis_pause(&c->cia.axis) ||
+        !lm_axis_set_mode(&c->cia.axis, LM_MODE_RESET)) {
       return 35;
     }
     c->largest_rad = 0;
@@ -302,19 +320,19 @@ static int check_steps(cell *c, float *wish_rad) {
       const cia402_input in = read_drive(c);
       float wish = k == 0 ? not_a_number() : *wish_rad;
       if (k == 2 && j < 3) {
-        (void)cia402_cycle(&c->axis, &in, &at, wish, 0);
+        (void)cia402_cycle(&c->cia, &in, &at, wish, 0);
       } else {
         cycles(c, 1, LOAD_NM, &wish, 0, 1);
       }
       *wish_rad += rate_rad + (k == 1 && j == 0 ? 0.2f : 0);
     }
     cycles(c, 20, LOAD_NM, wish_rad, rate_rad, 1);
-    if (c->largest_rad > 1.1f * rate_rad || c->axis.joined) {
+    if (c->largest_rad > 1.1f * rate_rad || is_closed(c)) {
       return 36;
     }
   }
-  *wish_rad = c->axis.command_rad;
-  cycles(c, 100, LOAD_NM, wish_rad, 0, 1);
+  *wish_rad = c->cia.axis.command_rad;
+  cycles(c, STAND_CYCLES, LOAD_NM, wish_rad, 0, 1);
   c->drive.mode = 9; /* CSV */
   for (k = 0; k < 100; ++k) {
     c->drive.apart_inc = 500 * k;
@@ -323,16 +341,16 @@ static int check_steps(cell *c, float *wish_rad) {
   before = c->drive.motor;
   c->drive.mode = CIA402_CSP;
   cycles(c, 20, LOAD_NM - 5.0f, wish_rad, 0, 1);
-  if (!c->axis.held || c->axis.tripped) {
+  if (!is_held(c) || !c->cia.drive.armed) {
     return 37;
   }
   cycles(c, 2 * STAND_CYCLES, LOAD_NM, wish_rad, 0, 1);
   if (c->drive.motor < before - 1 || c->drive.motor > before + 1) {
     return 38;
   }
-  *wish_rad = c->axis.command_rad;
-  cycles(c, 100, LOAD_NM, wish_rad, 0, 1);
-  return c->axis.joined ? 0 : 39;
+  *wish_rad = c->cia.axis.command_rad;
+  cycles(c, STAND_CYCLES, LOAD_NM, wish_rad, 0, 1);
+  return is_closed(c) ? 0 : 39;
 }
 
 /* A thermometer that is lost, and returns with another temperature. */
@@ -342,19 +360,20 @@ static int check_thermometer(cell *c) {
   float before_C = 20;
   int k;
   at.torque_Nm = LOAD_NM;
-  c->axis.follow.temperature_C = before_C;
+  c->cia.axis.follow.temperature_C = before_C;
   for (k = 0; k < 4000; ++k) {
     at.temperature_C = k < 2000 ? not_a_number() : 45;
-    (void)cia402_cycle(&c->axis, &in, &at, c->axis.command_rad, 1);
-    if (!(c->axis.follow.temperature_C - before_C <= 1.01f * LM_FOLLOW_WARMING_K_S * PERIOD_S)) {
+    (void)cia402_cycle(&c->cia, &in, &at, c->cia.axis.command_rad, 1);
+    if (!(c->cia.axis.follow.temperature_C - before_C <=
+          1.01f * LM_FOLLOW_WARMING_K_S * PERIOD_S)) {
       return 44;
     }
-    before_C = c->axis.follow.temperature_C;
+    before_C = c->cia.axis.follow.temperature_C;
   }
-  return before_C > 20.05f && c->axis.joined ? 0 : 44;
+  return before_C > 20.05f && is_closed(c) ? 0 : 44;
 }
 
-/* The planner begins within CIA402_STILL_RAD of the command, and only after the brake has opened:
+/* The planner begins within LM_FOLLOW_NEAR_RAD of the command, and only after the brake has opened:
  * no step. */
 static int check_begin(cell *c, float *wish_rad) {
   int32_t before = 0;
@@ -362,32 +381,32 @@ static int check_begin(cell *c, float *wish_rad) {
   int k;
   cycles(c, STAND_CYCLES, LOAD_NM, wish_rad, 0, 0);
   c->drive.mode = 0; /* never read from the drive */
-  cycles(c, (int)(1.1f * CIA402_ENABLING_S / PERIOD_S), LOAD_NM, wish_rad, 0, 1);
+  cycles(c, (int)(1.1f * LM_DRIVE_ENABLING_S / PERIOD_S), LOAD_NM, wish_rad, 0, 1);
   c->drive.mode = CIA402_CSP;
   cycles(c, STAND_CYCLES, LOAD_NM, wish_rad, 0, 1);
-  if (c->drive.status == CIA402_OPERATION_ENABLED || !c->axis.tripped) {
+  if (c->drive.status == CIA402_OPERATION_ENABLED || c->cia.drive.armed) {
     return 43;
   }
   cycles(c, 1, LOAD_NM, wish_rad, 0, 0);
   for (k = 0; k < 3 * STAND_CYCLES; ++k) {
-    const int begun = c->axis.joined;
-    beside_rad = c->axis.command_rad + 9e-5f;
+    const int begun = is_closed(c);
+    beside_rad = c->cia.axis.command_rad + 9e-5f;
     c->largest_rad = 0;
     cycles(c, 1, LOAD_NM, begun ? wish_rad : &beside_rad, 0, 1);
     *wish_rad = begun ? *wish_rad : beside_rad;
-    before += c->drive.status == CIA402_OPERATION_ENABLED && !c->axis.joined;
+    before += c->drive.status == CIA402_OPERATION_ENABLED && !is_closed(c);
     if (c->largest_rad > 2 * STEP_RAD) {
       return 40;
     }
   }
-  return c->axis.joined && before >= 99 && is_close(c->axis.command_rad, *wish_rad) ? 0 : 41;
+  return is_closed(c) && before >= 99 && is_close(c->cia.axis.command_rad, *wish_rad) ? 0 : 41;
 }
 
 /* A command during safe torque off expires. */
 static int check_safe_torque_off(cell *c, float *wish_rad) {
   int k;
   cycles(c, STAND_CYCLES, LOAD_NM, wish_rad, 0, 0);
-  for (k = 0; k < STAND_CYCLES + (int)(CIA402_ENABLING_S / PERIOD_S); ++k) {
+  for (k = 0; k < STAND_CYCLES + (int)(LM_DRIVE_ENABLING_S / PERIOD_S); ++k) {
     cycles(c, 1, LOAD_NM, wish_rad, 0, 1);
     c->drive.status = CIA402_SWITCH_ON_DISABLED;
   }
@@ -405,17 +424,17 @@ static int check_ramp(cell *c, float *wish_rad) {
   const float shift_rad = 0.05f;
   const cia402_input in = read_drive(c);
   const int32_t motor = c->drive.motor;
-  const float before_rad = c->axis.command_rad;
-  (void)cia402_reference(&c->axis, &in, cia402_reported(&c->axis, &in) + shift_rad);
+  const float before_rad = c->cia.axis.command_rad;
+  (void)reference(&c->cia, &in, reported(&c->cia, &in) + shift_rad);
   cycles(c, 4, LOAD_NM, wish_rad, shift_rad / 4, 1);
   cycles(c, 4, LOAD_NM, wish_rad, 0, 1);
   if (c->drive.motor < motor - 1 || c->drive.motor > motor + 1 ||
-      !is_close(c->axis.command_rad, before_rad + shift_rad)) {
+      !is_close(c->cia.axis.command_rad, before_rad + shift_rad)) {
     return 33;
   }
-  *wish_rad = c->axis.command_rad;
-  cycles(c, 100, LOAD_NM, wish_rad, 0, 1);
-  return c->axis.joined && c->axis.follow.late_rad == 0 ? 0 : 33;
+  *wish_rad = c->cia.axis.command_rad;
+  cycles(c, STAND_CYCLES, LOAD_NM, wish_rad, 0, 1);
+  return is_closed(c) && c->cia.axis.follow.late_rad == 0 ? 0 : 33;
 }
 
 /* A drive that derives the rate from the demand gets none. */
@@ -423,9 +442,9 @@ static int check_rate(cell *c, float *wish_rad) {
   int rates = 0;
   int k;
   for (k = 0; k < 2 * STAND_CYCLES; ++k) {
-    c->axis.drive.derives_rate = k < STAND_CYCLES;
+    c->cia.values.derives_rate = k < STAND_CYCLES;
     cycles(c, 1, k % STAND_CYCLES < 100 ? -LOAD_NM : LOAD_NM, wish_rad, 0, 1);
-    rates += c->axis.sent.velocity_offset != 0;
+    rates += c->cia.sent.velocity_offset != 0;
     if (k < STAND_CYCLES && rates > 0) {
       return 34;
     }
@@ -446,49 +465,50 @@ static void swing(cell *c, float *wish_rad, int enable) {
 static int check_ringing(cell *c, float *wish_rad) {
   cycles(c, STAND_CYCLES, LOAD_NM, wish_rad, 0, 0);
   swing(c, wish_rad, 0);
-  if (c->axis.correction.status & LM_STATE_RINGING) {
+  if (c->cia.axis.correction.status & LM_STATE_RINGING) {
     return 18;
   }
   cycles(c, 3 * STAND_CYCLES, LOAD_NM, wish_rad, 0, 1);
   swing(c, wish_rad, 1);
   cycles(c, STAND_CYCLES, LOAD_NM, wish_rad, 0, 0);
-  if (!(c->axis.correction.status & LM_STATE_RINGING)) {
+  if (!(c->cia.axis.correction.status & LM_STATE_RINGING)) {
     return 19;
   }
-  cia402_set_mode(&c->axis, LM_MODE_RESET);
-  cia402_set_mode(&c->axis, LM_MODE_RUN);
+  lm_axis_set_mode(&c->cia.axis, LM_MODE_RESET);
+  lm_axis_set_mode(&c->cia.axis, LM_MODE_RUN);
   cycles(c, STAND_CYCLES, LOAD_NM, wish_rad, 0, 0);
-  return c->axis.correction.status & LM_STATE_RINGING ? 20 : 0;
+  return c->cia.axis.correction.status & LM_STATE_RINGING ? 20 : 0;
 }
 
 /* A loop on the output: enabled with the first torque, only the rate of the correction is sent. */
 static int check_output_loop(cell *c, lm_conditions *at) {
-  static const cia402_drive drive = {INCREMENTS, 1, 50, -5, 1, 1, 0, 0, 0};
+  static const cia402_drive drive = {INCREMENTS, 1, 50, -5, 1, 1, 0, 0, 0, 0};
   cia402_input in = {CIA402_SWITCH_ON_DISABLED, 123456, 1, CIA402_CSP};
   cia402_output out;
   lm_fault fault;
   int32_t rate = 0;
   int k;
-  if (cia402_start(&c->axis, &drive, &joint_parameters, 0, at, &in, &fault) != LM_OK) {
+  if (cia402_start(&c->cia, &drive, &joint_parameters, 0, at, &in, 0, &fault) != LM_OK) {
     return 10;
   }
   at->torque_Nm = not_a_number(); /* of a sensor that is not ready */
-  for (k = 0; k < 10; ++k) {
-    out = cia402_cycle(&c->axis, &in, at, c->axis.command_rad, 1);
-    if (out.controlword == CIA402_SHUTDOWN) {
+  for (k = 0; k < 2 * STAND_CYCLES; ++k) {
+    out = cia402_cycle(&c->cia, &in, at, c->cia.axis.command_rad, k > 1);
+    in.statusword = k > 1 ? CIA402_SWITCHED_ON : in.statusword;
+    if (out.controlword == CIA402_ENABLE) {
       return 22;
     }
   }
   at->torque_Nm = LOAD_NM;
   for (k = 0; k < 2 * STAND_CYCLES; ++k) { /* the correction moves alone, until it stands */
-    (void)cia402_cycle(&c->axis, &in, at, c->axis.command_rad, 0);
+    (void)cia402_cycle(&c->cia, &in, at, c->cia.axis.command_rad, 0);
   }
-  for (k = 0; k < 100; ++k) {
-    out = cia402_cycle(&c->axis, &in, at, c->axis.command_rad, 1);
+  for (k = 0; k < 200; ++k) {
+    out = cia402_cycle(&c->cia, &in, at, c->cia.axis.command_rad, 1);
     in.statusword = out.controlword == CIA402_SHUTDOWN    ? CIA402_READY
                     : out.controlword == CIA402_SWITCH_ON ? CIA402_SWITCHED_ON
                                                           : CIA402_OPERATION_ENABLED;
-    at->torque_Nm = k < 10 ? LOAD_NM : -LOAD_NM;
+    at->torque_Nm = k < 100 ? LOAD_NM : -LOAD_NM;
     rate = out.velocity_offset < rate ? out.velocity_offset : rate;
     if (out.position_offset != 0 || out.target_position != 123456) {
       return 11;
@@ -498,40 +518,40 @@ static int check_output_loop(cell *c, lm_conditions *at) {
     return 12;
   }
   /* A mode moves the correction, but not the joint: no rate. */
-  cia402_set_mode(&c->axis, LM_MODE_RESET);
+  lm_axis_set_mode(&c->cia.axis, LM_MODE_RESET);
   for (k = 0; k < 2 * STAND_CYCLES; ++k) {
-    out = cia402_cycle(&c->axis, &in, at, c->axis.command_rad, 1);
+    out = cia402_cycle(&c->cia, &in, at, c->cia.axis.command_rad, 1);
     if (out.velocity_offset != 0) {
       return 13;
     }
   }
-  if (!is_close(c->axis.correction.correction_rad, 0)) {
+  if (!is_close(c->cia.axis.correction.correction_rad, 0)) {
     return 13;
   }
   /* Nor does another source of the torque. */
-  cia402_set_mode(&c->axis, LM_MODE_RUN);
+  lm_axis_set_mode(&c->cia.axis, LM_MODE_RUN);
   for (k = 0; k < 2 * STAND_CYCLES; ++k) {
-    (void)cia402_cycle(&c->axis, &in, at, c->axis.command_rad, 1);
+    (void)cia402_cycle(&c->cia, &in, at, c->cia.axis.command_rad, 1);
   }
-  cia402_pause(&c->axis);
+  lm_axis_pause(&c->cia.axis);
   at->torque_Nm = LOAD_NM;
   for (k = 0; k < 2 * STAND_CYCLES; ++k) {
-    out = cia402_cycle(&c->axis, &in, at, c->axis.command_rad, 1);
-    if (out.velocity_offset != 0 || c->axis.held) {
+    out = cia402_cycle(&c->cia, &in, at, c->cia.axis.command_rad, 1);
+    if (out.velocity_offset != 0) {
       return 23;
     }
   }
-  return 0;
+  return is_closed(c) ? 0 : 23;
 }
 
 int check_cia402(void) {
   static cell c;
-  static const cia402_drive wrong_period = {INCREMENTS, RATIO, 1, -3, 1, 0, 0, 0, 0};
-  static const cia402_drive near = {INCREMENTS, RATIO, 50, -5, 1, 0, 0, 0, 0}; /* 50 * 10 us */
-  static const cia402_drive drive = {INCREMENTS, RATIO, 50, -5, 1, 0, 0, 0.05f, ORIGIN};
+  static const cia402_drive wrong_period = {INCREMENTS, RATIO, 1, -3, 1, 0, 0, 0, 0, 0};
+  static const cia402_drive near = {INCREMENTS, RATIO, 50, -5, 1, 0, 0, 0, 0, 0}; /* 50 * 10 us */
+  static const cia402_drive drive = {INCREMENTS, RATIO, 50, -5, 1, 0, 0, 0.05f, RATED_NM, ORIGIN};
   lm_conditions at = LM_CONDITIONS_UNKNOWN;
   lm_fault fault;
-  lm_saved kept;
+  lm_axis_kept kept;
   cia402_input in;
   float wish_rad;
   float start_rad;
@@ -544,24 +564,29 @@ int check_cia402(void) {
   lm_start_model(&c.gear, LOAD_NM);
   lm_settle_model(&joint_parameters, &c.gear);
   in = read_drive(&c);
-  if (cia402_start(&c.axis, &wrong_period, &joint_parameters, 0, &at, &in, &fault) !=
+  if (cia402_start(&c.cia, &wrong_period, &joint_parameters, 0, &at, &in, 0, &fault) !=
           LM_INCONSISTENT ||
       fault.input[0] != 'p') {
     return 1;
   }
   in.statusword = CIA402_OPERATION_ENABLED;
-  if (cia402_start(&c.axis, &drive, &joint_parameters, 0, &at, &in, &fault) != LM_INCONSISTENT) {
+  if (cia402_start(&c.cia, &drive, &joint_parameters, 0, &at, &in, 0, &fault) != LM_INCONSISTENT) {
     return 42;
   }
   in = read_drive(&c);
-  if (cia402_start(&c.axis, &near, &joint_parameters, 0, &at, &in, &fault) != LM_OUT_OF_RANGE ||
-      cia402_start(&c.axis, &drive, &joint_parameters, 0, &at, &in, &fault) != LM_OK) {
+  if (cia402_start(&c.cia, &near, &joint_parameters, 0, &at, &in, 0, &fault) != LM_OUT_OF_RANGE ||
+      cia402_start(&c.cia, &drive, &joint_parameters, 0, &at, &in, 0, &fault) != LM_OK) {
     return 2;
   }
   /* Enabling moves nothing: the command begins at the reported angle. */
-  wish_rad = c.axis.command_rad;
+  wish_rad = c.cia.axis.command_rad;
   start_rad = wish_rad;
   c.largest_rad = 0;
+  cycles(&c, STAND_CYCLES, LOAD_NM, &wish_rad, 0, 1);
+  if (c.drive.status != CIA402_SWITCH_ON_DISABLED) {
+    return 45; /* by a command of before */
+  }
+  cycles(&c, 1, LOAD_NM, &wish_rad, 0, 0);
   cycles(&c, STAND_CYCLES, LOAD_NM, &wish_rad, 0, 1);
   if (c.drive.status != CIA402_OPERATION_ENABLED || c.largest_rad > STEP_RAD) {
     return 3;
@@ -585,12 +610,12 @@ int check_cia402(void) {
   }
   /* Home: nothing moves. */
   in = read_drive(&c);
-  (void)cia402_reference(&c.axis, &in, 1.0f);
-  wish_rad = c.axis.command_rad;
+  (void)reference(&c.cia, &in, 1.0f);
+  wish_rad = c.cia.axis.command_rad;
   c.largest_rad = 0;
   cycles(&c, 500, LOAD_NM, &wish_rad, 0, 1);
   in = read_drive(&c);
-  if (c.largest_rad > STEP_RAD || !is_close(cia402_reported(&c.axis, &in), 1.0f)) {
+  if (c.largest_rad > STEP_RAD || !is_close(reported(&c.cia, &in), 1.0f)) {
     return 7;
   }
   k = check_hold(&c, &wish_rad);
@@ -613,10 +638,10 @@ int check_cia402(void) {
   }
   /* Power-down with the brake on, power-up with the history. */
   cycles(&c, STAND_CYCLES, LOAD_NM, &wish_rad, 0, 0);
-  zero_rad = c.axis.zero_rad;
+  zero_rad = c.cia.axis.zero_rad;
   in = read_drive(&c);
-  start_rad = cia402_reported(&c.axis, &in);
-  if (cia402_power_down(&c.axis, &kept)) {
+  start_rad = reported(&c.cia, &in);
+  if (lm_drive_power_down(&c.cia.drive, &c.cia.axis, &kept)) {
     return 27;
   }
   cycles(&c, STAND_CYCLES, LOAD_NM, &wish_rad, 0, 1);
@@ -624,21 +649,21 @@ int check_cia402(void) {
     return 27; /* the history is saved */
   }
   in = read_drive(&c);
-  if (cia402_start(&c.axis, &drive, &joint_parameters, &kept, &at, &in, &fault) != LM_OK ||
-      kept.format != 0) {
+  if (cia402_start(&c.cia, &drive, &joint_parameters, &kept, &at, &in, zero_rad, &fault) != LM_OK ||
+      kept.history.format != 0) {
     return 8;
   }
-  wish_rad = c.axis.command_rad;
+  wish_rad = c.cia.axis.command_rad;
   c.largest_rad = 0;
+  cycles(&c, 2, LOAD_NM, &wish_rad, 0, 0);
   cycles(&c, STAND_CYCLES, LOAD_NM, &wish_rad, 0, 1);
   if (c.drive.status != CIA402_OPERATION_ENABLED || c.largest_rad > 2 * STEP_RAD) {
     return 9;
   }
-  cia402_set_zero(&c.axis, zero_rad);
-  wish_rad = c.axis.command_rad;
+  wish_rad = c.cia.axis.command_rad;
   cycles(&c, STAND_CYCLES, LOAD_NM, &wish_rad, 0, 1);
   in = read_drive(&c);
-  if (c.largest_rad > 2 * STEP_RAD || !is_close(cia402_reported(&c.axis, &in), start_rad)) {
+  if (c.largest_rad > 2 * STEP_RAD || !is_close(reported(&c.cia, &in), start_rad)) {
     return 9;
   }
   return check_output_loop(&c, &at);

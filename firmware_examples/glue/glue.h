@@ -1,5 +1,5 @@
 /* Two minimal motor drives, each with the structure of a well-known one, that show where to call
- * the library. When to enable them, and when to save the history, is in ../axis/lm_axis.h. */
+ * the library. When to enable them, and when to save the history, is in ../axis/lm_drive.h. */
 #ifndef GLUE_H
 #define GLUE_H
 

@@ -88,13 +88,42 @@ def test_every_status_bit_is_in_the_table_for_the_host() -> None:
 
 
 def test_the_page_for_the_host_names_every_call_of_the_axis_and_nothing_else() -> None:
-    header = (blocks.ROOT / "firmware_examples" / "axis" / "lm_axis.h").read_text()
-    calls = set(re.findall(r"\b(lm_axis_\w+)\(", header)) - {"lm_axis_reported"}
+    folder = blocks.ROOT / "firmware_examples" / "axis"
+    header = (folder / "lm_axis.h").read_text() + (folder / "lm_drive.h").read_text()
+    inner = set(re.findall(r"\b(lm_axis_\w+)\(", (folder / "lm_drive.c").read_text()))
+    assert {"lm_axis_open", "lm_axis_close"} <= inner
+    calls = set(re.findall(r"\b(lm_(?:axis|drive)_\w+)\(", header)) - inner
     page = (blocks.DOCS / "integration.md").read_text()
-    named = set(re.findall(r"\blm_axis_\w+", page))
-    assert calls <= named
+    named = set(re.findall(r"\blm_(?:axis|drive)_\w+", page))
+    assert calls - {"lm_axis_reported", "lm_axis_guide"} <= named
+    assert not inner & named
     assert all(name in header for name in named)
-    assert len(page.split()) < 3000, "too long to be read before the first start"
+    parts = re.split(r"^## (?=[ABC]\. )", page, flags=re.M)
+    kinds = [part.partition("\n## ")[0] for part in parts[1:]]
+    words = [len(part.split()) for part in (page, *kinds)]
+    assert len(kinds) == 3
+    assert words[0] < 3000, "too long to be read before the first start"
+    assert words[0] - sum(words[1:]) + max(words[1:]) < 2400, "what one reader reads"
+
+
+KINDS = {"own_loop": "power_up", "own_brake": "power_up", "cia402_host": ""}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_code_of_the_page_for_the_host_runs_an_axis(tmp_path: Path, kind: str) -> None:
+    for block in blocks.read_blocks(blocks.DOCS / "integration.md"):
+        if block.caption:
+            (tmp_path / block.caption).write_text(block.code)
+    examples = blocks.ROOT / "firmware_examples"
+    folders = ("axis", "commissioning", "glue", "joint")
+    page = [f"{name}.c" for name in (kind, KINDS[kind], "requests") if name]
+    copied = ["axis/lm_axis", "axis/lm_drive", "glue/cia402", "joint/sine"]
+    copied += ["commissioning/lm_commission", "commissioning/commissioning"]
+    words = [Path(__file__).parent / "axis_page.c", *page, *(examples / f"{x}.c" for x in copied)]
+    words += [f"-I{examples / folder}" for folder in folders]
+    words += [f"-DKIND={list(KINDS).index(kind)}", "-DLM_REAL_BITS=32", blocks.library(32)]
+    blocks.compile_c([*words, "-o", "axis"], tmp_path)
+    blocks.run([tmp_path / "axis"], tmp_path)
 
 
 def test_the_decision_for_floating_point_is_on_the_page_of_costs() -> None:

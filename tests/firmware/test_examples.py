@@ -38,12 +38,11 @@ HERE = ROOT / "tests" / "firmware"
 HOST = ALL[0]
 JOINT = [EXAMPLES / "joint" / f"{name}.c" for name in ("main", "table", "loop", "motion")]
 PLANT = [EXAMPLES / "joint" / f"{name}.c" for name in ("plant", "sine")]
-GLUE = sorted((EXAMPLES / "glue").glob("*.c"))
 AXIS = sorted((EXAMPLES / "axis").glob("*.c"))
-COMMISSIONING = [
-    *sorted((EXAMPLES / "commissioning").glob("*.c")),
-    EXAMPLES / "joint" / "sine.c",
-]
+GLUE = sorted((EXAMPLES / "glue").glob("*.c"))
+GLUE += [EXAMPLES / "axis" / f"{name}.c" for name in ("lm_axis", "lm_drive")]
+COMMISSIONING = [EXAMPLES / "commissioning" / f"{name}.c" for name in ("main", "commissioning")]
+COMMISSIONING += [EXAMPLES / "joint" / "sine.c"]
 MINIMAL = [EXAMPLES / "minimal" / "main.c"]
 FAULT_EXIT_CODE = 99
 

@@ -30,7 +30,7 @@ def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
         examples / "joint" / "sine.c",
         *plant_table.LIBRARY,
     ]
-    options = [*plant_table.FLAGS, f"-I{examples}"]
+    options = [*plant_table.FLAGS, f"-I{examples}", f"-I{examples / 'joint'}"]
     subprocess.run(["cc", *options, *map(str, sources), "-lm", "-o", made], check=True)
     return made
 

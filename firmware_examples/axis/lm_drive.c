@@ -1,0 +1,77 @@
+#include "lm_drive.h"
+
+/* The report of this tick. 1: the drive left its operation, though it should be in it. */
+static int take_report(lm_drive *d, lm_axis *a, const lm_drive_report *report) {
+  int left;
+  d->last = report->lost ? d->last : *report;
+  left = d->operated && !d->last.enabled;
+  d->operated = d->last.enabled && !d->last.fault;
+  if (d->last.fault || left || (d->operated ? d->last.other_mode : d->last.preparing)) {
+    lm_axis_open(a);
+  }
+  return d->last.fault || (left && d->enable);
+}
+
+/* 1: the axis shall be closed. */
+static int judge_command(lm_drive *d, const lm_axis *a, int tripped, int run) {
+  const float period_s = a->follow.period_s;
+  d->armed = a->state != LM_AXIS_OFF && a->begun && (!run || (d->armed && !tripped));
+  d->enabling_s = run && d->armed && !d->operated ? d->enabling_s + period_s : 0;
+  if (d->enabling_s > LM_DRIVE_ENABLING_S) {
+    d->armed = 0;
+  }
+  return run && d->armed;
+}
+
+static lm_axis_wait start(lm_drive *d, lm_axis *a) {
+  d->stopped_s = 0;
+  if (a->state == LM_AXIS_OPEN) {
+    if (d->last.other_mode || (d->last.preparing && !d->operated)) {
+      d->enable = d->enable && d->operated;
+      return LM_AXIS_WAITS_DRIVE;
+    }
+    if (d->operated && d->release) { /* back from another mode */
+      lm_axis_hold(a);
+    } else if (lm_axis_close(a) != LM_AXIS_READY) {
+      d->enable = d->enable && d->operated;
+      return a->waits;
+    }
+  }
+  d->enable = 1;
+  return a->waits;
+}
+
+/* The setpoint stays; then the brake bears the load, or the drive has withdrawn from the command.
+ */
+static void stop(lm_drive *d, lm_axis *a, int at_once, float period_s) {
+  d->stopped_s += period_s;
+  d->release = 0;
+  if (at_once || d->own_brake || d->stopped_s >= d->closing_s) {
+    d->enable = 0;
+  }
+  if (!d->enable && !(d->own_brake && (d->operated || d->stopped_s < LM_FOLLOW_REST_S))) {
+    lm_axis_open(a);
+  }
+}
+
+void lm_drive_step(lm_drive *d, lm_axis *a, const lm_drive_report *report, int run) {
+  const float period_s = a->follow.period_s;
+  const int tripped = take_report(d, a, report);
+  const int runs = judge_command(d, a, tripped, run);
+  const int stops = a->state == LM_AXIS_CLOSED && !d->own_stop && !d->last.fault &&
+                    a->follow.rested_s < LM_FOLLOW_REST_S;
+  d->wait = LM_AXIS_WAITS_COMMAND;
+  if (runs) {
+    d->wait = start(d, a);
+    d->release = d->enable && d->operated;
+  } else if (!stops) {
+    stop(d, a, tripped, period_s);
+  }
+  d->released_s = d->release ? d->released_s + period_s : 0;
+  d->follows = d->release && !d->standstill && !d->last.other_mode && a->state >= LM_AXIS_PAUSED &&
+               d->released_s >= d->opening_s;
+}
+
+lm_axis_wait lm_drive_power_down(const lm_drive *d, lm_axis *a, lm_axis_kept *kept) {
+  return d->operated || d->enable || d->release ? LM_AXIS_WAITS_LOOP : lm_axis_power_down(a, kept);
+}

@@ -1,0 +1,60 @@
+/* The drive of an axis and its brake: when the drive is enabled, when the brake is released, when
+ * the loop of lm_axis.h is closed and opened. Three kinds of drive:
+ *
+ *     own_brake  own_stop
+ *     0          0         the host commands the brake
+ *     1          0         the drive releases its brake when it is enabled
+ *     1          1         it also stops with its own ramp when it is disabled in motion
+ *
+ * The host sets the first four values of a zeroed struct once, calls lm_drive_step in every tick,
+ * before the torque and lm_axis_tick, and passes `enable` and `release` on in that tick. */
+#ifndef LM_DRIVE_H
+#define LM_DRIVE_H
+
+#include "lm_axis.h"
+
+/* A drive that is not enabled for so long after the command has a reason, such as safe torque off:
+ * the command has expired, so that the axis does not start by itself when that ends. */
+#define LM_DRIVE_ENABLING_S 5.0f
+
+/* What the drive reports in this tick. All 0: at rest, disabled. */
+typedef struct lm_drive_report {
+  int enabled;    /* in operation, in any mode */
+  int other_mode; /* not the mode that follows the setpoint */
+  int fault;      /* trip, safe torque off, an encoder that the position loop needs is lost; not the
+                     button of the emergency stop, with which the planner stops the axis */
+  int preparing;  /* not enabled yet, and cannot be in the next cycle */
+  int lost;       /* no report (bus): the last one is used */
+} lm_drive_report;
+
+typedef struct lm_drive {
+  int own_brake;
+  int own_stop;
+  float opening_s;   /* of the brake, from the command, or from the report that it is enabled */
+  float closing_s;   /* of the brake, until it bears the load; own_brake: not used */
+  int standstill;    /* monitored, with the brake open: the setpoint stays; set it at rest */
+  int enable;        /* to the drive: position loop at the setpoint */
+  int release;       /* to the brake; own_brake: the drive has been told so by `enable` */
+  int follows;       /* for lm_axis_tick and lm_axis_use_current */
+  lm_axis_wait wait; /* why the axis is not LM_AXIS_CLOSED */
+  lm_drive_report last;
+  int armed;    /* run has been 0 since the power-up, a trip, an expired command */
+  int operated; /* enabled, without a fault */
+  float enabling_s;
+  float released_s;
+  float stopped_s;
+} lm_drive;
+
+/* run: command of the operator. 1: the axis is closed once everything stands; after a power-up, a
+ * trip, or a command that has waited for LM_DRIVE_ENABLING_S, only after run has been 0. 0: once
+ * the planner rests (own_stop: at once) the setpoint stays, the brake is closed, the drive
+ * disabled. In another mode the setpoint follows the motor; back from it, the motor is held where
+ * it is until the correction stands. */
+void lm_drive_step(lm_drive *d, lm_axis *a, const lm_drive_report *report, int run);
+
+/* Saves the history for lm_axis_power_up; the axis is off then, and a new start is a power-up. Not
+ * LM_AXIS_READY: the drive is enabled or the brake released, or motor and correction have not
+ * stood: nothing was saved, try again in the next tick. */
+lm_axis_wait lm_drive_power_down(const lm_drive *d, lm_axis *a, lm_axis_kept *kept);
+
+#endif

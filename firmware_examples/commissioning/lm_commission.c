@@ -1,0 +1,29 @@
+#include "lm_commission.h"
+
+/* The first angle is the setpoint: the loop yields to the load, and must not do so again. */
+static float report(const lm_commission *c, const lm_axis *a, float motor_rad, float output_rad) {
+  return a->output_loop ? output_rad
+         : c->begun     ? motor_rad / c->run.set.ratio - c->out.correction.correction_rad
+                        : a->setpoint_rad;
+}
+
+commissioning_finding lm_commission_step(lm_commission *c, lm_axis *a, const lm_conditions *at,
+                                         float motor_rad, float output_rad) {
+  commissioning_input in = {0, 0, 0, 0, LM_UNKNOWN, LM_CONDITIONS_UNKNOWN};
+  if (!lm_axis_guide(a, LM_UNKNOWN, 0)) {
+    if (c->begun && !c->out.finding) { /* the drive no longer follows */
+      commissioning_abort(&c->run);
+      c->out.finding = COMMISSIONING_ABORTED;
+    }
+    return c->out.finding;
+  }
+  in.elapsed_s = at->elapsed_s;
+  in.input_angle_rad = motor_rad;
+  in.output_angle_rad = output_rad;
+  in.reported_rad = report(c, a, motor_rad, output_rad);
+  in.conditions = *at;
+  c->begun = 1;
+  c->out = commissioning_step(&c->run, &in);
+  (void)lm_axis_guide(a, c->out.command_rad, &c->out.correction);
+  return c->out.finding;
+}

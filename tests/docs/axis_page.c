@@ -1,0 +1,387 @@
+/* Runs the code of the page "Integration" on a simulated joint with a brake: what the page declares
+ * as the reader's, and a usual sequence. KIND: 0 own loop, 1 own brake, 2 CiA 402. The exit code is
+ * the number of the check that fails. */
+#include "host.h"
+#include "params.h"
+#if KIND == 2
+#include "cia402.h"
+#endif
+
+#define PERIOD_S 5e-4f
+#define WEIGHT_NM (-12.0f)
+#define STIFFNESS 2e4f /* of the position loop, N m/rad at the output */
+#define TRUE_ZERO_RAD 0.4f
+#define LAG 0.2f       /* of the position loop, a tick */
+#define FALL_RAD 1e-5f /* a tick, without brake and loop */
+#define OPENS_S 0.06f  /* brake */
+#define CLOSES_S 0.12f
+#define REPORTS_TICKS 4 /* after an order */
+#define STILL_RAD \
+  (KIND == 0 ? 2e-4f : 1.5e-5f)               /* 3 arcsec; what friction hides of a load of 4 N m */
+#define JUMP_RAD 5e-5f                        /* from tick to tick, beyond the plan */
+#define MODEL_RAD (KIND == 0 ? 3e-4f : 1e-4f) /* friction hides a part of the load from a current */
+#define RATE_RAD_S 0.6f
+
+extern void tick(void);
+extern int power_down(void);
+extern float home(float latched_rad, float angle_rad);
+
+int run, homed, testing;
+lm_commission test;
+struct memory stored;
+static plan planned;
+static float target_rad, setpoint_rad, feed_Nm;
+static float motor_over_ratio_rad = 0.2f, twist_rad, load_Nm = WEIGHT_NM, last_motor_rad;
+static float released_s, braked_s = 1, on_s, jump_rad;
+static int on, tripped, ordered, release_ordered;
+static lm_memory gear;
+
+static float size(float value) {
+  return value < 0 ? -value : value;
+}
+
+static float cosine(float x) { /* of a small angle */
+  return 1 - x * x / 2 + x * x * x * x / 24;
+}
+
+float gravity_Nm(float angle_rad) {
+  return homed ? WEIGHT_NM * cosine(angle_rad) : 0;
+}
+
+float elapsed_s(void) {
+  return PERIOD_S;
+}
+
+void store(void) {
+}
+
+/* A trapezoidal planner. */
+plan planner_tick(void) {
+  const float go_rad = target_rad - planned.position;
+  const float step_rad_s = 2 * PERIOD_S;
+  const float stop_rad =
+      planned.velocity * planned.velocity / 4 + size(planned.velocity) * PERIOD_S;
+  float wanted = go_rad > 0 ? RATE_RAD_S : -RATE_RAD_S;
+  if (size(go_rad) <= stop_rad) {
+    wanted = 0;
+  }
+  if (size(go_rad) < 1e-6f) {
+    planned.velocity = 0;
+    planned.acceleration = 0;
+    return planned;
+  }
+  wanted = wanted == 0 ? (go_rad > 0 ? 0.002f : -0.002f) : wanted;
+  planned.acceleration = wanted > planned.velocity ? 2 : -2;
+  if (size(wanted - planned.velocity) < step_rad_s) {
+    planned.acceleration = 0;
+    planned.velocity = wanted;
+  }
+  planned.velocity += planned.acceleration * PERIOD_S;
+  planned.position +=
+      size(planned.velocity) * PERIOD_S > size(go_rad) ? go_rad : planned.velocity * PERIOD_S;
+  return planned;
+}
+
+void planner_restart(float command_rad) {
+  planned.position = command_rad;
+  planned.velocity = 0;
+  planned.acceleration = 0;
+  target_rad = command_rad;
+}
+
+void planner_shift(float by_rad) {
+  planned.position += by_rad;
+  target_rad += by_rad;
+}
+
+#if KIND == 0
+int loop_on, loop_fault;
+static float velocity_rad_s;
+
+float motor_rad(void) {
+  return motor_over_ratio_rad * RATIO;
+}
+
+float motor_rad_s(void) {
+  return velocity_rad_s * RATIO;
+}
+
+/* Inverse of the estimate. */
+float motor_A(void) {
+  static const lm_motor motor = {0.11f, RATIO, 0.75f, 6e-5f, 0.04f, 1e-4f, 1.0f};
+  const int bears = on && braked_s == 0;
+  float low = -20;
+  float high = 20;
+  int k;
+  for (k = 0; k < 30; ++k) {
+    const float middle = (low + high) / 2;
+    const float torque_Nm = lm_estimate_torque(&motor, middle, motor_rad_s(), 0);
+    if ((torque_Nm < (bears ? load_Nm : 0)) == (RATIO < 0)) {
+      low = middle;
+    } else {
+      high = middle;
+    }
+  }
+  return low;
+}
+
+void enable_loop(int order) {
+  ordered = order;
+}
+
+void release_brake(int order) {
+  release_ordered = order;
+}
+
+void position_loop(float at_rad, float feed_rad_s, float torque_Nm) {
+  setpoint_rad = at_rad / RATIO;
+  (void)feed_rad_s;
+  feed_Nm = torque_Nm * RATIO;
+}
+
+static void report(void) {
+  loop_on = on;
+  loop_fault = tripped;
+  velocity_rad_s = (motor_over_ratio_rad - last_motor_rad) / PERIOD_S;
+}
+
+static void power_on(void) {
+  extern lm_status power_up(float, lm_fault *);
+  (void)power_up(motor_rad() / RATIO, 0);
+}
+#elif KIND == 1
+struct inputs {
+  int fresh, operates, position_mode, tripped;
+  float motor_rad;
+};
+struct inputs in;
+
+float sensor_Nm(void) {
+  return load_Nm;
+}
+
+void send(int enable, float at_rad, float torque_Nm) {
+  ordered = enable;
+  release_ordered = on;
+  setpoint_rad = at_rad / RATIO;
+  feed_Nm = torque_Nm * RATIO;
+}
+
+static void report(void) {
+  in.fresh = 1;
+  in.operates = on;
+  in.position_mode = 1;
+  in.tripped = tripped;
+  in.motor_rad = motor_over_ratio_rad * RATIO;
+}
+
+static void power_on(void) {
+  extern lm_status power_up(float, lm_fault *);
+  report();
+  (void)power_up(in.motor_rad / RATIO, 0);
+}
+#else
+#define RAD (131072.0f * RATIO / 6.28318531f)
+cia402_input in;
+cia402_output out;
+static uint16_t status = CIA402_SWITCH_ON_DISABLED;
+
+static void report(void) {
+  ordered = out.controlword == CIA402_ENABLE;
+  release_ordered = on;
+  setpoint_rad = (float)(out.target_position + out.position_offset) / RAD;
+  feed_Nm = (float)out.torque_offset / 1000 * 0.64f * RATIO;
+  status = tripped                              ? CIA402_FAULT
+           : on                                 ? CIA402_OPERATION_ENABLED
+           : out.controlword == CIA402_SHUTDOWN ? CIA402_READY
+           : out.controlword >= CIA402_SWITCH_ON && out.controlword < 16
+               ? CIA402_SWITCHED_ON
+               : CIA402_SWITCH_ON_DISABLED;
+  in.statusword = status;
+  in.position_actual = (int32_t)(motor_over_ratio_rad * RAD);
+  in.valid = 1;
+  in.mode = CIA402_CSP;
+}
+
+static void power_on(void) {
+  extern lm_status power_up(lm_fault *);
+  out.controlword = 0;
+  report();
+  (void)power_up(0);
+}
+#endif
+
+/* The drive, its brake and the arm. */
+static void move(void) {
+  lm_conditions at = LM_CONDITIONS_UNKNOWN;
+  const float before_rad = motor_over_ratio_rad;
+  on_s = ordered && !tripped ? on_s + PERIOD_S : 0;
+  on = KIND == 0 || ordered ? on_s > REPORTS_TICKS * PERIOD_S : on && braked_s < CLOSES_S;
+  on = on && !tripped;
+  released_s = release_ordered && (KIND == 0 || (on && ordered)) ? released_s + PERIOD_S : 0;
+  braked_s = released_s > OPENS_S ? 0 : braked_s + PERIOD_S;
+  if (braked_s < CLOSES_S && on) {
+    const float yields_rad = (load_Nm + feed_Nm) / STIFFNESS;
+    motor_over_ratio_rad += LAG * (setpoint_rad + yields_rad - motor_over_ratio_rad);
+  } else if (braked_s < CLOSES_S) {
+    motor_over_ratio_rad -= FALL_RAD;
+  }
+  last_motor_rad = before_rad;
+  load_Nm = WEIGHT_NM * cosine(motor_over_ratio_rad + TRUE_ZERO_RAD);
+  at.torque_Nm = load_Nm;
+  twist_rad = lm_step_model(&joint_parameters, &gear, &at);
+}
+
+static float output(void) {
+  return motor_over_ratio_rad + twist_rad;
+}
+
+static void ticks(int n) {
+  for (; n > 0; --n) {
+    const float before_rad = output();
+    float step_rad;
+    report();
+    tick();
+    move();
+    step_rad = size(output() - before_rad) - size(planned.velocity) * PERIOD_S;
+    jump_rad = step_rad > jump_rad ? step_rad : jump_rad;
+  }
+}
+
+static int seconds(float s) {
+  jump_rad = 0;
+  ticks((int)(s / PERIOD_S));
+  return jump_rad > JUMP_RAD;
+}
+
+/* How far the output is after some seconds, or 1 if it has jumped. */
+static float moved(float s) {
+  const float before_rad = output();
+  return seconds(s) ? 1 : size(output() - before_rad);
+}
+
+/* The axis that holds without a known gravity yields to its load. */
+static int start(void) {
+  float before_rad;
+  load_Nm = WEIGHT_NM * cosine(motor_over_ratio_rad + TRUE_ZERO_RAD);
+  lm_start_model(&gear, load_Nm);
+  lm_settle_model(&joint_parameters, &gear);
+  move();
+  power_on();
+  run = 1;
+  if (moved(2) > STILL_RAD || on) {
+    return 1; /* by a command of before the power-up */
+  }
+  run = 0;
+  ticks(2);
+  run = 1;
+  before_rad = output();
+  (void)seconds(6);
+  return size(output() - before_rad) > 1.1f * size(WEIGHT_NM) / STIFFNESS ||
+                 a->state != LM_AXIS_CLOSED
+             ? 2
+             : 0;
+}
+
+static int travel(void) {
+  const float before_rad = output();
+  target_rad = planned.position + 0.3f;
+  if (seconds(2) || size(output() - before_rad - 0.3f) > 8e-4f) {
+    return 3;
+  }
+  /* Homed in motion, gravity begins. */
+  target_rad = planned.position - 0.2f;
+  if (seconds(0.2f) || home(motor_over_ratio_rad, output() + TRUE_ZERO_RAD) < 0 || seconds(3)) {
+    return 4;
+  }
+  (void)lm_axis_pause(a);
+  if (seconds(12) || a->state != LM_AXIS_CLOSED) {
+    return 5;
+  }
+  /* With gravity the zero is right. */
+  if (home(motor_over_ratio_rad, output() + TRUE_ZERO_RAD) < 0) {
+    return 5;
+  }
+  ticks(2);
+  target_rad = planned.position - 0.1f;
+  if (seconds(2) || size(output() + TRUE_ZERO_RAD - target_rad) > MODEL_RAD) {
+    return 6;
+  }
+  return 0;
+}
+
+static int stop(void) {
+  target_rad = planned.position + 0.2f;
+  (void)seconds(0.2f);
+  target_rad = planned.position + 0.1f; /* the planner stops */
+  if (KIND == 2 && seconds(1)) {        /* its quick stop is at once here */
+    return 7;
+  }
+  run = 0;
+  if (seconds(2) || on || d->enable || a->state != LM_AXIS_OPEN) {
+    return 7;
+  }
+  run = 1;
+  if (moved(3) > STILL_RAD || a->state != LM_AXIS_CLOSED) {
+    return 8;
+  }
+  /* Safe torque off in motion: the brake stops it; it is not enabled by itself. */
+  target_rad = planned.position + 0.2f;
+  (void)seconds(0.3f);
+  tripped = 1;
+  ticks(20);
+  tripped = 0;
+  (void)seconds(0.3f);
+  if (moved(3) > STILL_RAD || on || d->wait != LM_AXIS_WAITS_COMMAND) {
+    return 9;
+  }
+  return 0;
+}
+
+static int commission_it(void) {
+  commissioning_settings set = commissioning_suggest(&joint_parameters, RATIO);
+  set.torque_bound_Nm = 30;
+  if (commissioning_start(&test.run, &set) != COMMISSIONING_RUNNING) {
+    return 10;
+  }
+  testing = 1;
+  run = 0;
+  ticks(2);
+  run = 1;
+  (void)seconds(60);
+  if (test.out.finding != COMMISSIONING_SOUND || run || on) {
+    return 20 + (int)test.out.finding;
+  }
+  testing = 0;
+  run = 0;
+  return 0;
+}
+
+static int restart(void) {
+  int k;
+  for (k = 0; k < 4000 && !power_down(); ++k) {
+    ticks(1);
+  }
+  ticks(10);
+  if (k == 4000 || a->state != LM_AXIS_OFF || stored.kept.history.format == 0) {
+    return 11;
+  }
+  power_on();
+  if (stored.kept.history.format != 0) {
+    return 12;
+  }
+  ticks(2);
+  run = 1;
+  if (moved(4) > STILL_RAD || a->state != LM_AXIS_CLOSED) {
+    return 13;
+  }
+  return size(a->command_rad - output() - TRUE_ZERO_RAD) > MODEL_RAD ? 14 : 0;
+}
+
+int main(void) {
+  int failed = start();
+  failed = failed ? failed : travel();
+  failed = failed ? failed : stop();
+  failed = failed ? failed : commission_it();
+  return failed ? failed : restart();
+}
