@@ -16,6 +16,7 @@ import numpy.typing as npt
 from lostmotion.errors import InputError
 from lostmotion.recordings.cells import MISSING
 from lostmotion.recordings.findings import Finding
+from lostmotion.recordings.from_arrow import integers_of, mask_of
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -102,7 +103,7 @@ def stamp_parts(texts: Any, form: str) -> tuple[dict[str, npt.NDArray[Any]], npt
     import pyarrow.compute as pc
 
     found = pc.extract_regex(texts, f"^(?:{form})$")
-    has = np.asarray(pc.is_valid(found).to_numpy(zero_copy_only=False), dtype=np.bool_)
+    has = mask_of(pc.is_valid(found))
     parts = {}
     for i in range(found.type.num_fields):
         name = found.type.field(i).name
@@ -113,13 +114,12 @@ def stamp_parts(texts: Any, form: str) -> tuple[dict[str, npt.NDArray[Any]], npt
 
 def whole(parts: dict[str, Any], name: str, rows: int) -> IntArray:
     """Read a part as integers, 0 if empty."""
-    import pyarrow as pa
     import pyarrow.compute as pc
 
     if name not in parts:
         return np.zeros(rows, dtype=np.int64)
     text = pc.if_else(pc.equal(parts[name], ""), "0", parts[name])
-    return np.asarray(text.cast(pa.int64()).to_numpy(zero_copy_only=False), dtype=np.int64)
+    return integers_of(text)
 
 
 def seconds_of_day(parts: dict[str, Any], rows: int) -> IntArray:
@@ -137,8 +137,8 @@ def seconds_of_day(parts: dict[str, Any], rows: int) -> IntArray:
         hours = np.where(half == "", hours, hours % 12 + 12 * (half == "p"))
     if "s" in parts and "h" in parts:
         # 12:34.5 is minutes and seconds: decimals of a minute are not used.
-        short = np.asarray(pc.equal(parts["s"], "").to_numpy(zero_copy_only=False), dtype=bool)
-        given = np.asarray(pc.not_equal(parts["frac"], "").to_numpy(zero_copy_only=False), bool)
+        short = mask_of(pc.equal(parts["s"], ""))
+        given = mask_of(pc.not_equal(parts["frac"], ""))
         shift = short & given
         hours, minutes, seconds = (
             np.where(shift, 0, hours),

@@ -14,6 +14,7 @@ from lostmotion.errors import InputError, shorten
 from lostmotion.recordings import clocks
 from lostmotion.recordings.columns import ColumnName, normal, split_label
 from lostmotion.recordings.findings import Finding
+from lostmotion.recordings.from_arrow import floats_of, integers_of, mask_of
 from lostmotion.recordings.numerals import (
     TEXT_SHARE,
     NumberStyle,
@@ -120,7 +121,7 @@ def needs_text(rows: Rows, chosen: Chosen) -> bool:
             return True
         if not str(column.type).startswith(("float", "double")):
             continue
-        values = np.abs(np.asarray(column.to_numpy(zero_copy_only=False), dtype=np.float64))
+        values = np.abs(floats_of(column))
         if grouped_by_points(values):
             return True
         if quantity == "time" and np.any(values[:1] > clocks.EPOCH_S):
@@ -168,7 +169,7 @@ def in_si(
         if quantity in ("run", "time"):
             continue
         if label not in texts:
-            found[quantity] = as_floats(rows.columns[name.index])
+            found[quantity] = floats_of(rows.columns[name.index])
             continue
         reading = readings[label]
         found[quantity] = texts[label].numbers(reading.mark, reading.grouped)
@@ -290,7 +291,7 @@ def without_label(rows: Rows, chosen: Chosen) -> npt.NDArray[np.bool_]:
     lost = column.is_null()
     if is_text(column):
         lost = pc.or_(lost, pc.fill_null(pc.equal(column.cast(pa.string()), ""), False))
-    return np.asarray(lost.to_numpy(zero_copy_only=False), dtype=np.bool_)
+    return mask_of(lost)
 
 
 class Clock:
@@ -364,7 +365,7 @@ class Clock:
         """Read a clock of numbers in the stated unit, or that of an epoch."""
         unit = self.name.unit.symbol if self.name.unit is not None else None
         if unit is None:
-            numbers = as_floats(column)
+            numbers = floats_of(column)
             told = clocks.epoch_unit(self.file, self.label, numbers)
             if told is None:
                 time = units.dimension_name(units.TIME)
@@ -375,7 +376,7 @@ class Clock:
         kind = str(column.type)
         if kind.startswith(("int", "uint")) and unit in clocks.UNITS_NS:
             return self.of_integers(column, unit)
-        numbers = as_floats(column)
+        numbers = floats_of(column)
         values = self.name.factor * numbers
         seconds = units.convert(values, unit, "s")
         known = np.flatnonzero(np.isfinite(seconds))
@@ -393,7 +394,7 @@ class Clock:
             rest, both = self.in_billionths(self.rows.columns[place], clocks.UNITS_NS[unit])
             self.refuse_outside(rest, known & both, unit)
             values, known = values + rest, known & both
-        told = np.asarray(stamps.is_valid().to_numpy(zero_copy_only=False), dtype=np.bool_)
+        told = mask_of(stamps.is_valid())
         self.bad = told & ~known
         self.findings += findings
         return self.from_zero(values, known, 1)
@@ -447,7 +448,7 @@ class Clock:
         self, column: Any, ns: int
     ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.bool_]]:
         """Read parts of a second in ns, integers exactly, others rounded."""
-        numbers = as_floats(column) if holds_numbers(column) else Texts(column).numbers(".", False)
+        numbers = floats_of(column) if holds_numbers(column) else Texts(column).numbers(".", False)
         known = np.isfinite(numbers)
         if np.all(numbers[known] == np.round(numbers[known])):
             whole, known = self.exact(column)
@@ -462,7 +463,7 @@ class Clock:
             whole = texts.whole_numbers()
             column = texts.text.cast("float64") if whole is None else whole
         if not str(column.type).startswith(("int", "uint")):
-            numbers = as_floats(column)
+            numbers = floats_of(column)
             known = np.isfinite(numbers)
             rounded = np.where(known, np.round(numbers), 0)
             off = np.flatnonzero(known & (rounded != numbers))
@@ -474,19 +475,9 @@ class Clock:
         return integers(column)
 
 
-def as_floats(column: Any) -> FloatArray:
-    """Return a column of numbers; integers beyond float64 are rounded."""
-    floats = column.cast("float64", safe=False)
-    return np.asarray(floats.to_numpy(zero_copy_only=False), dtype=np.float64)
-
-
 def integers(column: Any) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.bool_]]:
     """Return a column of integers, 0 if missing, and a mask of the existing ones."""
-    import pyarrow.compute as pc
-
-    known = np.asarray(column.is_valid().to_numpy(zero_copy_only=False), dtype=np.bool_)
-    values = pc.fill_null(column, 0).cast("int64", safe=False)
-    return np.asarray(values.to_numpy(zero_copy_only=False), dtype=np.int64), known
+    return integers_of(column), mask_of(column.is_valid())
 
 
 def within_range(

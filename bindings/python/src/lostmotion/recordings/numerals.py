@@ -26,6 +26,7 @@ from lostmotion.recordings.cells import (
     SIGN_BEHIND,
 )
 from lostmotion.recordings.findings import Finding
+from lostmotion.recordings.from_arrow import floats_of, integers_of, mask_of
 
 FloatArray = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -102,7 +103,7 @@ class Texts:
     @staticmethod
     def mask(values: Any) -> Mask:
         """Make an array of NumPy from one of Arrow."""
-        return np.asarray(values.to_numpy(zero_copy_only=False), dtype=np.bool_)
+        return mask_of(values)
 
     def form(self, pattern: str) -> Mask:
         """Mark the cells of a format."""
@@ -145,7 +146,7 @@ class Texts:
             text = pc.replace_substring(text, ",", ".")
         text = pc.replace_substring_regex(text, "[dD]", "e")
         text = pc.if_else(pa.array(valid), text, pa.scalar(None, text.type))
-        return np.asarray(text.cast(pa.float64()).to_numpy(zero_copy_only=False), np.float64)
+        return floats_of(text)
 
     def whole_numbers(self) -> Any:
         """Read the whole numbers as integers of 64 bits; None where one has more digits."""
@@ -159,16 +160,14 @@ class Texts:
 
     def billionths(self) -> tuple[npt.NDArray[np.int64], Mask] | None:
         """Read all cells as integers in units of 1e-9; None if a cell has more decimals."""
-        pc, pa = self.pc, self.pa
+        pc = self.pc
         parts = pc.extract_regex(self.text, DIGITS_OF_STAMP)
         known = self.mask(pc.is_valid(parts))
         if not bool(np.all(known | self.missing)):
             return None
         whole = pc.fill_null(pc.struct_field(parts, [0]), "0")
         rest = pc.utf8_rpad(pc.fill_null(pc.struct_field(parts, [1]), ""), 9, "0")
-        ones, billionths = (
-            t.cast(pa.int64()).to_numpy(zero_copy_only=False) for t in (whole, rest)
-        )
+        ones, billionths = integers_of(whole), integers_of(rest)
         return np.asarray(ones * BILLION + billionths, dtype=np.int64), known
 
 

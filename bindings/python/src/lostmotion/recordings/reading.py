@@ -41,6 +41,7 @@ from lostmotion.recordings.columns import (
 from lostmotion.recordings.conversion import Numbers, read_numbers
 from lostmotion.recordings.encoders import bring_together
 from lostmotion.recordings.findings import UNUSED, Finding
+from lostmotion.recordings.from_arrow import integers_of, mask_of
 from lostmotion.recordings.in_memory import MemoryTable, has_columns
 from lostmotion.recordings.joining import Join, join_channels, join_rows
 from lostmotion.recordings.long_form import in_columns
@@ -621,7 +622,7 @@ def run_codes(
         if inside_runs(known):  # otherwise they are names of runs
             values = known
     if values.null_count:
-        row = int(np.flatnonzero(values.is_null().to_numpy(zero_copy_only=False))[0])
+        row = int(np.flatnonzero(mask_of(values.is_null()))[0])
         if findings is not None and inside_runs(values):
             count, values = values.null_count, pc.fill_null_forward(values)
             action = f"no label in {place(row)}; assigned to the run of the adjacent rows"
@@ -629,12 +630,12 @@ def run_codes(
             findings.append(Finding("label", file, column, run, count, action))
     coded = values.dictionary_encode()
     if coded.null_count:
-        row = int(np.flatnonzero(values.is_null().to_numpy(zero_copy_only=False))[0])
+        row = int(np.flatnonzero(mask_of(values.is_null()))[0])
         raise InputError(file, column, f"no label in {place(row)}", "an integer or text")
     if len(coded.dictionary) > RUNS_MAX:
         found = f"{len(coded.dictionary)} labels in {len(values)} rows"
         raise InputError(file, column, found, f"labels of runs, at most {RUNS_MAX}")
-    read = np.asarray(coded.indices.to_numpy(zero_copy_only=False), dtype=np.intp)
+    read = integers_of(coded.indices).astype(np.intp, copy=False)
     taken = with_stray_labels_taken_in(read)
     present, codes = np.unique(taken, return_inverse=True)
     labels = whole_labels([coded.dictionary[int(code)].as_py() for code in present])
