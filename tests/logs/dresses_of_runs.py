@@ -118,12 +118,7 @@ def _(folder: Path, sheet: Sheet) -> Path:
     return save(folder, Sheet(("joint", *sheet.names[1:]), tuple(zip(*rows, strict=True))).text())
 
 
-@dress(
-    "a file of the motor's encoder and one of the output's",
-    expected=REFUSED,
-    reason="the lost motion needs both angles at the same times",
-    says=("only input_angle", "joined by their time"),
-)
+@dress("a file of the motor's encoder and one of the output's")
 def _(folder: Path, sheet: Sheet) -> list[Path]:
     motor = save(folder, sheet.without("output_angle_rad").text(), "motor.csv")
     output = sheet.without("input_angle_rad", "torque_Nm")

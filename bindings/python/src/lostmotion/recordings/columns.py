@@ -491,10 +491,7 @@ def in_dimension(header: Header, quantity: Quantity) -> dict[str, units.Unit]:
     return found
 
 
-JOINED = (
-    "one file with both angles, if the other is in another file: rows joined by their time (--join "
-    "does this for the topics of a ROS 2 bag)"
-)
+JOINED = "the other angle, also in another file of the same clock, given with this one"
 """What is expected if there is one encoder."""
 
 

@@ -32,8 +32,10 @@ from lostmotion.recordings.cells import MISSING
 from lostmotion.recordings.columns import (
     ColumnName,
     check_map,
+    choose_columns,
     counters_of,
     holds_text,
+    lacking,
     refuse_unmapped,
     resolve_columns,
     unused,
@@ -50,6 +52,7 @@ from lostmotion.recordings.protocol import FREE, Protocol
 from lostmotion.recordings.quantities import QUANTITIES
 from lostmotion.recordings.runs_agree import check_runs_agree
 from lostmotion.recordings.soundness import GAP_FACTOR, check_ratio, check_sign, sound_run
+from lostmotion.recordings.stacked import StackedTable, have_the_same_units
 from lostmotion.recordings.tables import Header, Table
 from lostmotion.recordings.wild import set_wild_aside
 from lostmotion.threads import one_thread
@@ -196,8 +199,11 @@ def read_campaign(
     check_map(files, mapping or {})
     findings: list[Finding] = []
     runs: list[Run] = []
-    for file in files:
-        found = _read_file(file, dict(mapping or {}), ratio, findings, protocol, join)
+    for table in open_recordings(files, dict(mapping or {}), protocol, join, findings):
+        file = Path(table.header.file)
+        how = None if is_bag(file) else join
+        only = file.name.split(".")[0]
+        found = read_runs(table, only, dict(mapping or {}), ratio, findings, protocol, how)
         LOG.info("read %s: %d rows in %d runs", file, sum(map(len, found)), len(found))
         runs.extend(found)
     return judged(runs, findings, ratio)
@@ -243,20 +249,44 @@ def judged(runs: list[Run], findings: list[Finding], ratio: float | None) -> Cam
 set_table_reader(campaign_of_table)
 
 
-def _read_file(
-    file: Path,
+def open_recordings(
+    files: Sequence[Path],
     mapping: dict[str, str],
-    ratio: float | None,
-    findings: list[Finding],
     protocol: Protocol,
     join: Join | None,
-) -> list[Run]:
-    table: Table
-    if is_bag(file):
-        table, join = read_bag(file, mapping, protocol, join, findings), None
-    else:
-        table = open_table(file, mapping)
-    return read_runs(table, file.name.split(".")[0], mapping, ratio, findings, protocol, join)
+    findings: list[Finding],
+) -> Iterator[Table]:
+    """Open files as tables; files in succession that have parts of a recording are one table."""
+    parts: list[Table] = []
+    held: set[str] = set()
+    for file in files:
+        table: Table
+        if is_bag(file):
+            table = read_bag(file, mapping, protocol, join, findings)
+        else:
+            table = open_table(file, mapping)
+        part = channels_of_part(table, mapping, protocol)
+        if parts and (not part or part & held or not have_the_same_units([*parts, table])):
+            yield StackedTable(parts) if len(parts) > 1 else parts[0]
+            parts, held = [], set()
+        if part:
+            parts.append(table)
+            held |= part
+        else:
+            yield table
+    if parts:
+        yield StackedTable(parts) if len(parts) > 1 else parts[0]
+
+
+def channels_of_part(table: Table, mapping: Mapping[str, str], protocol: Protocol) -> set[str]:
+    """Return the channels of a file with a clock that lacks others; empty if it lacks none."""
+    try:
+        chosen, _, doubts = choose_columns(table.header, mapping)
+    except InputError:
+        return set()  # it is reported where the table is read
+    if doubts or "time" not in chosen or not lacking(table.header, mapping, chosen, protocol):
+        return set()
+    return LEADING & chosen.keys()
 
 
 def note_columns(
@@ -350,7 +380,9 @@ def read_runs(
                 f"{count} of {quantity}" for quantity, count in sorted(known.items())
             )
             found = f"numbers in different rows ({counts}), as of topics with clocks of their own"
-            raise InputError(name, "torque_Nm", found, "--join linear, or --join nearest")
+            overlap = "channels whose times overlap"
+            expected = overlap if join else "--join linear, or --join nearest"
+            raise InputError(name, "torque_Nm", found, expected)
         raise InputError(name, "torque_Nm", found, "rows that have both torque and angle")
     return runs
 

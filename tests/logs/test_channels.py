@@ -1,4 +1,4 @@
-"""Tables with one value in a row: channels one after another, in memory, and what is none."""
+"""Channels in rows or files of their own: one after another, in memory, of other times."""
 
 from __future__ import annotations
 
@@ -44,6 +44,39 @@ def test_channels_of_other_times_are_joined_on_request(tmp_path: Path) -> None:
         read_campaign(tmp_path / "long.csv", ratio=RATIO)
     joined = read_campaign(tmp_path / "long.csv", ratio=RATIO, join="linear")
     assert joined.rows == len(sheet) - 1
+
+
+def test_files_of_single_channels_are_one_recording(tmp_path: Path) -> None:
+    sheet = clean().by_run()["2"]
+    files = [tmp_path / f"{name}.csv" for name in channels(sheet)[:3]]
+    for file in files:
+        file.write_text(sheet.ordered("time_s", file.stem).text())
+    campaign = read_campaign(files, ratio=RATIO)
+    assert len(campaign.runs) == 1
+    assert any("one recording with" in line for line in say_findings(campaign.findings))
+    (tmp_path / "whole.csv").write_text(sheet.without("temperature_C", "cycles").text())
+    (run,) = read_campaign(tmp_path / "whole.csv", ratio=RATIO).runs
+    assert np.array_equal(campaign.runs[0].lost_motion_rad, run.lost_motion_rad)
+
+    files[0].write_text(sheet.ordered("time_s", "torque_Nm").text().replace("time_s", "time_ms"))
+    with pytest.raises(InputError, match="time a second time"):
+        read_campaign(files, ratio=RATIO)
+
+
+def test_files_of_other_times_are_joined_on_request(tmp_path: Path) -> None:
+    sheet = clean().by_run()["2"]
+    thinned = sheet.taken(np.arange(len(sheet)) % 3 == 0)
+    late = sheet.put("time_s", [f"{t + 1e4:.4f}" for t in sheet.values("time_s")])
+    torque, angles = tmp_path / "torque.csv", tmp_path / "angles.csv"
+    torque.write_text(thinned.ordered("time_s", "torque_Nm").text())
+    angles.write_text(sheet.without("torque_Nm").text())
+    with pytest.raises(InputError, match=r"different rows .*--join linear"):
+        read_campaign([torque, angles], ratio=RATIO)
+    joined = read_campaign([torque, angles], ratio=RATIO, join="linear")
+    assert joined.rows == len(thinned)
+    angles.write_text(late.without("torque_Nm").text())
+    with pytest.raises(InputError, match="channels whose times overlap"):
+        read_campaign([torque, angles], ratio=RATIO, join="linear")
 
 
 def test_a_melted_frame_is_read_like_the_frame() -> None:
