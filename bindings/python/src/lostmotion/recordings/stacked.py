@@ -53,7 +53,7 @@ class StackedTable:
         for i in columns:
             places = zip(parts, self.places[i], strict=True)
             pieces = [None if at is None else rows.columns[at] for rows, at in places]
-            found[i] = stacked(pieces, [rows.count for rows in parts])
+            found[i] = one_below_the_other(pieces, [rows.count for rows in parts])
         ends = list(accumulate(rows.count for rows in parts))
 
         def place(row: int) -> str:
@@ -77,7 +77,7 @@ def have_the_same_units(tables: Sequence[Table]) -> bool:
     return all(units.setdefault(name, unit) == unit for name, unit in named)
 
 
-def stacked(pieces: Sequence[Any], counts: Sequence[int]) -> Any:
+def one_below_the_other(pieces: Sequence[Any], counts: Sequence[int]) -> Any:
     """Put Arrow columns one below the other; None is a missing one."""
     import pyarrow as pa
 
