@@ -274,8 +274,10 @@ static int moves_alone(lm_axis *a) {
 static void follow_guide(lm_axis *a, int follows) {
   a->guides = a->guided && follows && a->state == LM_AXIS_PAUSED &&
               (a->guides || a->waits == LM_AXIS_WAITS_PLANNER);
+  a->unfed = a->state == LM_AXIS_OPEN ? a->guided : a->unfed;
   a->guided = 0;
-  if (a->guides && is_known(a->guide_rad) && is_known(a->guide.correction_rad)) {
+  if (a->guides &&
+      size(a->guide_rad + a->guide.correction_rad - a->setpoint_rad) < LM_AXIS_APART_RAD) {
     a->guide.status = a->correction.status;
     a->correction = a->guide;
     a->setpoint_rad = a->guide_rad + added_rad(a);
@@ -342,6 +344,10 @@ float lm_axis_rate(const lm_axis *a, float planned_rad_s) {
   }
   return a->correction.velocity_rad_s +
          (is_known(planned_rad_s) ? planned_rad_s : a->moved_rad / a->follow.period_s);
+}
+
+float lm_axis_feed(const lm_axis *a) {
+  return a->unfed ? 0 : -a->torque_Nm;
 }
 
 int lm_axis_guide(lm_axis *a, float command_rad, const lm_correction *correction) {

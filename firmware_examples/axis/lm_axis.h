@@ -68,7 +68,7 @@ typedef struct lm_axis {
   float setpoint_rad;       /* last one, motor angle / signed ratio */
   float command_rad;        /* commanded output angle; the reported one unless LM_AXIS_CLOSED */
   float moved_rad;          /* change of the command in this tick, for lm_guess_torque */
-  float torque_Nm;          /* external, in use; the motor's feed-forward: - torque_Nm / ratio */
+  float torque_Nm;          /* external, in use */
   float zero_rad;   /* reported angle at motor_over_ratio_rad 0 and correction 0: store it */
   lm_follow follow; /* of the planner, with period and LM_AXIS_STAND in seconds */
   lm_mode mode;
@@ -80,6 +80,7 @@ typedef struct lm_axis {
   int lost_ticks;     /* without an angle of the motor */
   int input_missing;
   int guided; /* lm_axis_guide was called since the last tick */
+  int unfed;  /* the loop was closed for it */
   int guides; /* it moves the axis */
   float guide_rad;
   lm_correction guide;
@@ -146,6 +147,9 @@ float lm_axis_use_current(lm_axis *a, const lm_motor *motor, float commanded_Nm,
  * LM_AXIS_CLOSED, otherwise 0. A velocity that is not finite is replaced by that of the command. */
 float lm_axis_rate(const lm_axis *a, float planned_rad_s);
 
+/* Torque feed-forward, of the output: against the load. 0 if the loop was closed for a test: its sign is not known. */
+float lm_axis_feed(const lm_axis *a);
+
 /* Once in every period, in all states; after an overrun not twice; elapsed_s of the first one is
  * ignored. wish_rad: the output angle that the planner requests, a new one in every tick:
  * interpolate a slower planner. While the state is not LM_AXIS_CLOSED the planner is at rest at
@@ -163,7 +167,7 @@ float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_r
 /* A test instead of the planner (commissioning): call it before every tick. The axis then stays in
  * LM_AXIS_PAUSED. Returns 1 once it could be closed: from then on its setpoint is command_rad
  * (without the zero) + correction, with the rates of both, until the drive no longer follows or the
- * call is missing; then the setpoint stays. Before it: command_rad not finite, correction null. */
+ * call is missing; then, or with a step of LM_AXIS_APART_RAD, the setpoint stays. Before it: command_rad not finite, correction null. */
 int lm_axis_guide(lm_axis *a, float command_rad, const lm_correction *correction);
 
 /* From LM_AXIS_CLOSED to LM_AXIS_PAUSED, for whatever moves the correction although the load does

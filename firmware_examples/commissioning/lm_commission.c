@@ -10,11 +10,12 @@ static float report(const lm_commission *c, const lm_axis *a, float motor_rad, f
 commissioning_finding lm_commission_step(lm_commission *c, lm_axis *a, const lm_conditions *at,
                                          float motor_rad, float output_rad) {
   commissioning_input in = {0, 0, 0, 0, LM_UNKNOWN, LM_CONDITIONS_UNKNOWN};
-  if (!lm_axis_guide(a, LM_UNKNOWN, 0)) {
-    if (c->begun && !c->out.finding) { /* the drive no longer follows */
-      commissioning_abort(&c->run);
-      c->out.finding = COMMISSIONING_ABORTED;
-    }
+  const int guides = lm_axis_guide(a, LM_UNKNOWN, 0);
+  if (!guides && c->begun && !c->out.finding) { /* the drive no longer follows */
+    commissioning_abort(&c->run);
+    c->out.finding = COMMISSIONING_ABORTED;
+  }
+  if (!guides || c->out.finding) { /* the setpoint stays */
     return c->out.finding;
   }
   in.elapsed_s = at->elapsed_s;

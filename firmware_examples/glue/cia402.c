@@ -71,7 +71,7 @@ static int32_t find_rate(const cia402_axis *c) {
 }
 
 static int16_t find_torque(const cia402_axis *c) {
-  const float motor_Nm = -c->axis.torque_Nm / c->values.ratio;
+  const float motor_Nm = lm_axis_feed(&c->axis) / c->values.ratio;
   const float share =
       c->values.rated_torque_Nm > 0 ? PER_MILLE * motor_Nm / c->values.rated_torque_Nm : 0;
   return (int16_t)to_increments(share > TORQUE_MAX    ? TORQUE_MAX
