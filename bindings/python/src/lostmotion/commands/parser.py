@@ -96,7 +96,7 @@ MAP = repeated(
 JOIN = argument(
     "--join",
     choices=JOINS,
-    help="channels of different rates, in a ROS 2 bag or in different rows of a table: resample "
+    help="channels of different rates, in a ROS 2 bag, in files or in rows of their own: resample "
     "them at the times of the slowest of torque and angles (default: an error)",
 )
 

@@ -163,7 +163,8 @@ def read_campaign(
     ----------
     paths : path or paths, or a table
         Files and folders; files as given, those of a folder by their names, ``run_2`` before
-        ``run_10``. Or data in memory, as `Campaign.from_table` takes them.
+        ``run_10``. Files in succession that each have other channels of a recording are put
+        together. Or data in memory, as `Campaign.from_table` takes them.
     ratio : float, optional
         Input turns for one output turn; needed where only the two angles were recorded.
     mapping : mapping, optional
@@ -174,8 +175,8 @@ def read_campaign(
     protocol : Protocol, optional
         Which side was locked, and the motor's torque constant; by default neither side.
     join : {"nearest", "linear"}, optional
-        Resampling of channels with different stamps, in a ROS 2 bag or in different rows of a
-        table; without it they are refused.
+        Resampling of channels with different stamps, in a ROS 2 bag, in different files or in
+        different rows of a table; without it they are refused.
 
     Returns
     -------
