@@ -1,5 +1,7 @@
 #include "lm_commission.h"
 
+#include <string.h>
+
 /* The first angle is the setpoint: the loop yields to the load, and must not do so again. */
 static float report(const lm_commission *c, const lm_axis *a, float motor_rad, float output_rad) {
   return a->output_loop ? output_rad
@@ -7,16 +9,35 @@ static float report(const lm_commission *c, const lm_axis *a, float motor_rad, f
                         : a->setpoint_rad;
 }
 
-commissioning_finding lm_commission_step(lm_commission *c, lm_axis *a, const lm_conditions *at,
-                                         float motor_rad, float output_rad) {
+commissioning_finding lm_commission_start(lm_commission *c,
+                                          const commissioning_settings *settings) {
+  commissioning_finding finding;
+  memset(c, 0, sizeof *c);
+  finding = commissioning_start(&c->run, settings);
+  c->on = finding == COMMISSIONING_RUNNING;
+  return finding;
+}
+
+void lm_commission_step(lm_commission *c, lm_axis *a, lm_drive *d, const lm_conditions *at,
+                        float motor_rad, float output_rad) {
   commissioning_input in = {0, 0, 0, 0, LM_UNKNOWN, LM_CONDITIONS_UNKNOWN};
-  const int guides = lm_axis_guide(a, LM_UNKNOWN, 0);
+  int guides;
+  if (c->out.finding && a->state < LM_AXIS_PAUSED) {
+    c->on = 0;
+  }
+  if (!c->on) {
+    return;
+  }
+  guides = lm_axis_guide(a, LM_UNKNOWN, 0);
   if (!guides && c->begun && !c->out.finding) { /* the drive no longer follows */
     commissioning_abort(&c->run);
     c->out.finding = COMMISSIONING_ABORTED;
   }
+  if (c->out.finding) {
+    d->armed = 0;
+  }
   if (!guides || c->out.finding) { /* the setpoint stays */
-    return c->out.finding;
+    return;
   }
   in.elapsed_s = at->elapsed_s;
   in.input_angle_rad = motor_rad;
@@ -26,5 +47,4 @@ commissioning_finding lm_commission_step(lm_commission *c, lm_axis *a, const lm_
   c->begun = 1;
   c->out = commissioning_step(&c->run, &in);
   (void)lm_axis_guide(a, c->out.command_rad, &c->out.correction);
-  return c->out.finding;
 }

@@ -3,18 +3,23 @@
 #define LM_COMMISSION_H
 
 #include "commissioning.h"
-#include "lm_axis.h"
+#include "lm_drive.h"
 
 typedef struct lm_commission {
   commissioning run;
-  commissioning_output out; /* instead of the planner: velocity, acceleration, finding */
+  commissioning_output out; /* instead of the planner: velocity, acceleration; finding */
+  int on;
   int begun;
 } lm_commission;
 
+/* Begins a run with the next closing of the axis; torque is not fed forward during it. Returns the
+ * finding for rejected settings or parameters: then nothing begins. */
+commissioning_finding lm_commission_start(lm_commission *c, const commissioning_settings *settings);
+
 /* In every tick, before lm_axis_tick, with the torque for it in at. motor_rad: not divided by the
- * ratio; output_rad: encoder at the output, or LM_UNKNOWN. Nothing moves until the axis could be
- * closed. Any result but COMMISSIONING_RUNNING: the run has ended, brake. */
-commissioning_finding lm_commission_step(lm_commission *c, lm_axis *a, const lm_conditions *at,
-                                         float motor_rad, float output_rad);
+ * ratio; output_rad: encoder at the output, or LM_UNKNOWN. After the run, also after a fault, the
+ * axis brakes (as run 0 in lm_drive.h); out.finding states the result. */
+void lm_commission_step(lm_commission *c, lm_axis *a, lm_drive *d, const lm_conditions *at,
+                        float motor_rad, float output_rad);
 
 #endif

@@ -25,9 +25,9 @@
 extern void tick(void);
 extern int power_down(void);
 extern float home(float latched_rad, float angle_rad);
+extern commissioning_finding commission(void);
 
-int run, homed, testing;
-lm_commission test;
+int run, homed;
 struct memory stored;
 static plan planned;
 static float target_rad, setpoint_rad, feed_Nm;
@@ -35,6 +35,14 @@ static float motor_over_ratio_rad = 0.2f, twist_rad, load_Nm = WEIGHT_NM, last_m
 static float released_s, braked_s = 1, on_s, jump_rad;
 static int on, tripped, ordered, release_ordered;
 static lm_memory gear;
+
+static unsigned drawn = 1;
+static int lost;
+
+static unsigned draw(unsigned below) {
+  drawn = drawn * 1664525u + 1013904223u;
+  return (drawn >> 8) % below;
+}
 
 static float size(float value) {
   return value < 0 ? -value : value;
@@ -168,7 +176,7 @@ void send(int enable, float at_rad, float torque_Nm) {
 }
 
 static void report(void) {
-  in.fresh = 1;
+  in.fresh = !lost;
   in.operates = on;
   in.position_mode = 1;
   in.tripped = tripped;
@@ -199,7 +207,7 @@ static void report(void) {
                : CIA402_SWITCH_ON_DISABLED;
   in.statusword = status;
   in.position_actual = (int32_t)(motor_over_ratio_rad * RAD);
-  in.valid = 1;
+  in.valid = !lost;
   in.mode = CIA402_CSP;
 }
 
@@ -216,7 +224,11 @@ static void move(void) {
   lm_conditions at = LM_CONDITIONS_UNKNOWN;
   const float before_rad = motor_over_ratio_rad;
   on_s = ordered && !tripped ? on_s + PERIOD_S : 0;
-  on = KIND == 0 || ordered ? on_s > REPORTS_TICKS * PERIOD_S : on && braked_s < CLOSES_S;
+  if (ordered || KIND == 0) {
+    on = on_s > REPORTS_TICKS * PERIOD_S || (on && on_s > 0);
+  } else {
+    on = on && braked_s < CLOSES_S;
+  }
   on = on && !tripped;
   released_s = release_ordered && (KIND == 0 || (on && ordered)) ? released_s + PERIOD_S : 0;
   braked_s = released_s > OPENS_S ? 0 : braked_s + PERIOD_S;
@@ -339,20 +351,16 @@ static int stop(void) {
 }
 
 static int commission_it(void) {
-  commissioning_settings set = commissioning_suggest(&joint_parameters, RATIO);
-  set.torque_bound_Nm = 30;
-  if (commissioning_start(&test.run, &set) != COMMISSIONING_RUNNING) {
-    return 10;
-  }
-  testing = 1;
   run = 0;
   ticks(2);
+  if (commission() != COMMISSIONING_RUNNING) {
+    return 10;
+  }
   run = 1;
   (void)seconds(60);
-  if (test.out.finding != COMMISSIONING_SOUND || run || on) {
+  if (test.out.finding != COMMISSIONING_SOUND || on || test.on || a->state != LM_AXIS_OPEN) {
     return 20 + (int)test.out.finding;
   }
-  testing = 0;
   run = 0;
   return 0;
 }
@@ -378,10 +386,88 @@ static int restart(void) {
   return size(a->command_rad - output() - TRUE_ZERO_RAD) > MODEL_RAD ? 14 : 0;
 }
 
+/* Whatever the host, the drive and the planner do in any order: the setpoint of a drive that moves
+ * the arm changes by the plan and the correction alone, the drive begins at the motor's angle, the
+ * arm is held while nothing has tripped. */
+static void disturb(void) {
+  switch (draw(12)) {
+    case 0:
+      run = 0;
+      break;
+    case 1:
+      tripped = 1;
+      break;
+    case 2:
+      lost = 1;
+      break;
+    case 3:
+      (void)home(motor_over_ratio_rad, output() + TRUE_ZERO_RAD + (float)draw(100) * 1e-3f);
+      break;
+    case 4:
+      (void)lm_axis_pause(a);
+      break;
+    case 5:
+      (void)lm_axis_set_mode(a, draw(2) ? LM_MODE_RUN : LM_MODE_RESET);
+      break;
+    case 6:
+      lm_axis_payload(a);
+      homed = !homed;
+      break;
+    case 7:
+      (void)commission();
+      break;
+    default:
+      target_rad = (float)draw(1000) * 1e-3f - 0.5f;
+      run = 1;
+  }
+}
+
+static int wander(void) {
+  float before_rad = setpoint_rad;
+  float held_s = 0;
+  int moved_before = 0;
+  int was_on = on;
+  int k;
+  for (k = 0; k < 400000; ++k) {
+    int moves;
+    if (draw(3000) == 0) {
+      disturb();
+    }
+    run = run || draw(2000) == 0;
+    tripped = tripped && draw(100) > 0;
+    lost = lost && draw(100) > 0;
+    report();
+    tick();
+#if KIND == 2
+    setpoint_rad = (float)(out.target_position + out.position_offset) / RAD;
+#endif
+    moves = on && ordered && !tripped && braked_s < CLOSES_S;
+    if (moves && moved_before &&
+        size(setpoint_rad - before_rad) >
+            PERIOD_S * (size(planned.velocity) + joint_parameters.limits.velocity_rad_s +
+                        0.4f * (float)test.on)) {
+      return 15;
+    }
+    moved_before = moves;
+    before_rad = setpoint_rad;
+    held_s = tripped ? 0 : held_s + PERIOD_S;
+    move();
+    if (on && !was_on && size(setpoint_rad - motor_over_ratio_rad) > JUMP_RAD) {
+      return 16;
+    }
+    was_on = on;
+    if (!on && braked_s < CLOSES_S && held_s > 2 * CLOSES_S) {
+      return 17;
+    }
+  }
+  return 0;
+}
+
 int main(void) {
   int failed = start();
   failed = failed ? failed : travel();
   failed = failed ? failed : stop();
   failed = failed ? failed : commission_it();
-  return failed ? failed : restart();
+  failed = failed ? failed : restart();
+  return failed ? failed : wander();
 }
