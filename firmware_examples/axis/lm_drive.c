@@ -1,5 +1,7 @@
 #include "lm_drive.h"
 
+#include <string.h>
+
 /* The report of this tick. 1: the drive left its operation, though it should be in it. */
 static int take_report(lm_drive *d, lm_axis *a, const lm_drive_report *report) {
   int left;
@@ -72,6 +74,25 @@ void lm_drive_step(lm_drive *d, lm_axis *a, const lm_drive_report *report, int r
                d->released_s >= d->opening_s;
 }
 
+static int is_off(const lm_drive *d) {
+  return !d->operated && !d->enable && !d->release;
+}
+
+lm_status lm_drive_power_up(const lm_drive *d, lm_axis *a, const lm_parameters *parameters,
+                            lm_axis_kept *kept, const lm_conditions *at, float motor_over_ratio_rad,
+                            float zero_rad, lm_fault *fault) {
+  if (is_off(d)) {
+    return lm_axis_power_up(a, parameters, kept, at, motor_over_ratio_rad, zero_rad, fault);
+  }
+  if (fault) {
+    memset(fault, 0, sizeof *fault);
+    fault->status = LM_INCONSISTENT;
+    fault->input = "enable";
+    fault->found = 1;
+  }
+  return LM_INCONSISTENT;
+}
+
 lm_axis_wait lm_drive_power_down(const lm_drive *d, lm_axis *a, lm_axis_kept *kept) {
-  return d->operated || d->enable || d->release ? LM_AXIS_WAITS_LOOP : lm_axis_power_down(a, kept);
+  return is_off(d) ? lm_axis_power_down(a, kept) : LM_AXIS_WAITS_LOOP;
 }

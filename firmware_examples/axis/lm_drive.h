@@ -52,7 +52,13 @@ typedef struct lm_drive {
  * it is until the correction stands. */
 void lm_drive_step(lm_drive *d, lm_axis *a, const lm_drive_report *report, int run);
 
-/* Saves the history for lm_axis_power_up; the axis is off then, and a new start is a power-up. Not
+/* Before the first step, the brake on: lm_axis_power_up, and refused while the drive is enabled or
+ * the brake released: LM_INCONSISTENT ("enable"); then nothing has changed. */
+lm_status lm_drive_power_up(const lm_drive *d, lm_axis *a, const lm_parameters *parameters,
+                            lm_axis_kept *kept, const lm_conditions *at, float motor_over_ratio_rad,
+                            float zero_rad, lm_fault *fault);
+
+/* Saves the history for lm_drive_power_up; the axis is off then, and a new start is a power-up. Not
  * LM_AXIS_READY: the drive is enabled or the brake released, or motor and correction have not
  * stood: nothing was saved, try again in the next tick. */
 lm_axis_wait lm_drive_power_down(const lm_drive *d, lm_axis *a, lm_axis_kept *kept);
