@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
+from itertools import pairwise
 from typing import Any, TypeVar
 
 import numpy as np
@@ -143,11 +144,14 @@ class Conditions:
         bends = [np.diff(values[at], n=2) for at in self.slices()]
         return float(np.mean(np.concatenate(bends) ** 2))
 
-    def slices(self) -> list[slice]:
+    def slices(self) -> tuple[slice, ...]:
         """Rows of each run."""
-        return [
-            slice(int(a), int(b)) for a, b in zip(self.starts[:-1], self.starts[1:], strict=True)
-        ]
+        return self.rows_of_runs
+
+    @cached_property
+    def rows_of_runs(self) -> tuple[slice, ...]:
+        """The same, made once: there may be thousands of runs."""
+        return tuple(slice(a, b) for a, b in pairwise(self.starts.tolist()))
 
     def between_readings(self, values: FloatArray) -> npt.NDArray[np.bool_]:
         """Mark the rows from the first to the last reading of their run, as of a slow channel."""

@@ -9,6 +9,7 @@ zero of an encoder is arbitrary.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -101,16 +102,22 @@ class LeftOut:
 
     def normal_without(self, group: Sequence[int]) -> tuple[IntArray, FloatArray]:
         """Unknowns of a fit to the pieces outside a group, and their normal matrix."""
-        held = np.isin(np.flatnonzero(self.free), np.concatenate([self.own[i] for i in group]))
-        kept = np.flatnonzero(~held)
+        held = np.zeros(self.free.size, dtype=np.bool_)
+        held[np.concatenate([self.own[i] for i in group])] = True
+        kept = np.flatnonzero(~held[self.free])
         normal = self.whole - self.gram[group].sum(axis=0)
         return kept, normal[np.ix_(kept, kept)]
 
     def determined_without(self, group: Sequence[int]) -> npt.NDArray[np.bool_]:
         """Whether the pieces outside a group determine each unknown; a sudden event is in one."""
-        seen = np.einsum("kii->ki", self.gram)
-        every = seen.sum(axis=0)
+        seen, every = self.seen
         return np.asarray(every - seen[group].sum(axis=0) > RIDGE * every)
+
+    @cached_property
+    def seen(self) -> tuple[FloatArray, FloatArray]:
+        """Square of every column in each piece, and in all of them."""
+        by_piece = np.einsum("kii->ki", self.gram)
+        return by_piece, by_piece.sum(axis=0)
 
     def step_without(self, group: Sequence[int]) -> FloatArray:
         """Step of the unknowns, in units of their columns, to the optimum of the other pieces."""
