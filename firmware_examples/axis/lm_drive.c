@@ -70,8 +70,8 @@ void lm_drive_step(lm_drive *d, lm_axis *a, const lm_drive_report *report, int r
     stop(d, a, tripped, period_s);
   }
   d->released_s = d->release ? d->released_s + period_s : 0;
-  d->follows = d->release && !d->standstill && !d->last.other_mode && a->state >= LM_AXIS_PAUSED &&
-               d->released_s >= d->opening_s;
+  d->follows =
+      d->release && !d->standstill && a->state >= LM_AXIS_PAUSED && d->released_s >= d->opening_s;
 }
 
 static int is_off(const lm_drive *d) {

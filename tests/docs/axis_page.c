@@ -15,7 +15,7 @@
 #define FALL_RAD 1e-5f /* a tick, without brake and loop */
 #define OPENS_S 0.06f  /* brake */
 #define CLOSES_S 0.12f
-#define REPORTS_TICKS 4 /* after an order */
+#define REPORTS_TICKS (KIND == 0 ? 200 : 4) /* after an order */
 #define STILL_RAD \
   (KIND == 0 ? 2e-4f : 1.5e-5f)               /* 3 arcsec; what friction hides of a load of 4 N m */
 #define JUMP_RAD 5e-5f                        /* from tick to tick, beyond the plan */
@@ -37,7 +37,7 @@ static int on, tripped, ordered, release_ordered;
 static lm_memory gear;
 
 static unsigned drawn = 1;
-static int lost;
+static int lost, quits;
 
 static unsigned draw(unsigned below) {
   drawn = drawn * 1664525u + 1013904223u;
@@ -149,7 +149,7 @@ void position_loop(float at_rad, float feed_rad_s, float torque_Nm) {
 
 static void report(void) {
   loop_on = on;
-  loop_fault = tripped;
+  loop_fault = tripped && !quits;
   velocity_rad_s = (motor_over_ratio_rad - last_motor_rad) / PERIOD_S;
 }
 
@@ -179,7 +179,7 @@ static void report(void) {
   in.fresh = !lost;
   in.operates = on;
   in.position_mode = 1;
-  in.tripped = tripped;
+  in.tripped = tripped && !quits;
   in.motor_rad = motor_over_ratio_rad * RATIO;
 }
 
@@ -199,7 +199,7 @@ static void report(void) {
   release_ordered = on;
   setpoint_rad = (float)(out.target_position + out.position_offset) / RAD;
   feed_Nm = (float)out.torque_offset / 1000 * 0.64f * RATIO;
-  status = tripped                              ? CIA402_FAULT
+  status = tripped && !quits                    ? CIA402_FAULT
            : on                                 ? CIA402_OPERATION_ENABLED
            : out.controlword == CIA402_SHUTDOWN ? CIA402_READY
            : out.controlword >= CIA402_SWITCH_ON && out.controlword < 16
@@ -337,6 +337,15 @@ static int stop(void) {
   if (moved(3) > STILL_RAD || a->state != LM_AXIS_CLOSED) {
     return 8;
   }
+  d->standstill = 1;
+  ticks(1);
+  if (a->state != LM_AXIS_PAUSED) {
+    return 19;
+  }
+  d->standstill = 0;
+  if (moved(3) > STILL_RAD || a->state != LM_AXIS_CLOSED) {
+    return 19;
+  }
   /* Safe torque off in motion: the brake stops it; it is not enabled by itself. */
   target_rad = planned.position + 0.2f;
   (void)seconds(0.3f);
@@ -367,17 +376,20 @@ static int commission_it(void) {
 
 static int restart(void) {
   int k;
+  ticks(2);
   for (k = 0; k < 4000 && !power_down(); ++k) {
     ticks(1);
   }
-  ticks(10);
   if (k == 4000 || a->state != LM_AXIS_OFF || stored.kept.history.format == 0) {
     return 11;
   }
+  run = 1;
   power_on();
-  if (stored.kept.history.format != 0) {
+  (void)seconds(2);
+  if (stored.kept.history.format != 0 || on) {
     return 12;
   }
+  run = 0;
   ticks(2);
   run = 1;
   if (moved(4) > STILL_RAD || a->state != LM_AXIS_CLOSED) {
@@ -396,6 +408,7 @@ static void disturb(void) {
       break;
     case 1:
       tripped = 1;
+      quits = (int)draw(2);
       break;
     case 2:
       lost = 1;
@@ -427,20 +440,27 @@ static int wander(void) {
   float held_s = 0;
   int moved_before = 0;
   int was_on = on;
+  int reported = on;
   int k;
   for (k = 0; k < 400000; ++k) {
     int moves;
+    int left;
     if (draw(3000) == 0) {
       disturb();
     }
     run = run || draw(2000) == 0;
     tripped = tripped && draw(100) > 0;
     lost = lost && draw(100) > 0;
+    left = !lost && reported && !on; /* by a stop, a fault, or without one */
+    reported = lost ? reported : on;
     report();
     tick();
 #if KIND == 2
     setpoint_rad = (float)(out.target_position + out.position_offset) / RAD;
 #endif
+    if (left && a->state >= LM_AXIS_PAUSED) {
+      return 18;
+    }
     moves = on && ordered && !tripped && braked_s < CLOSES_S;
     if (moves && moved_before &&
         size(setpoint_rad - before_rad) >
