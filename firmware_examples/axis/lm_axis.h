@@ -147,7 +147,8 @@ float lm_axis_use_current(lm_axis *a, const lm_motor *motor, float commanded_Nm,
  * LM_AXIS_CLOSED, otherwise 0. A velocity that is not finite is replaced by that of the command. */
 float lm_axis_rate(const lm_axis *a, float planned_rad_s);
 
-/* Torque feed-forward, of the output: against the load. 0 if the loop was closed for a test: its sign is not known. */
+/* Torque feed-forward, of the output: against the load. 0 if the loop was closed for a test: its
+ * sign is not known. */
 float lm_axis_feed(const lm_axis *a);
 
 /* Once in every period, in all states; after an overrun not twice; elapsed_s of the first one is
@@ -158,7 +159,7 @@ float lm_axis_feed(const lm_axis *a);
  * the setpoint of the position loop, motor angle / signed ratio.
  *
  * follows: of lm_drive: 1 while the drive reports that it follows the setpoint, and the brake has
- * opened; 0 also for a monitored standstill. With 0, or motor_over_ratio_rad not finite for more than LM_FOLLOW_LOST_TICKS (lost bus),
+ * opened. With 0, or motor_over_ratio_rad not finite for more than LM_FOLLOW_LOST_TICKS (lost bus),
  * LM_AXIS_CLOSED becomes LM_AXIS_PAUSED: the setpoint stays at once, also in motion. LM_AXIS_PAUSED
  * lasts until it is 1 and the angle is there. */
 float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_rad, float wish_rad,
@@ -166,14 +167,15 @@ float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_r
 
 /* A test instead of the planner (commissioning): call it before every tick. The axis then stays in
  * LM_AXIS_PAUSED. Returns 1 once it could be closed: from then on its setpoint is command_rad
- * (without the zero) + correction, with the rates of both, until the drive no longer follows or the
- * call is missing; then, or with a step of LM_AXIS_APART_RAD, the setpoint stays. Before it: command_rad not finite, correction null. */
+ * (without the zero) + correction, with the rates of both. If the drive no longer follows, the call
+ * is missing, or the sum steps by LM_AXIS_APART_RAD, the setpoint stays. Until it returns 1:
+ * command_rad LM_UNKNOWN, correction null. */
 int lm_axis_guide(lm_axis *a, float command_rad, const lm_correction *correction);
 
 /* From LM_AXIS_CLOSED to LM_AXIS_PAUSED, for whatever moves the correction although the load does
  * not: another source of the torque, an input angle that becomes known, the end of a headroom.
  * Make the change between this call and the next tick. lm_axis_tick goes back to LM_AXIS_CLOSED by
- * itself, not while follows is 0: a monitored standstill. Refused until the planner has been at
+ * itself, not while follows is 0. Refused until the planner has been at
  * rest for LM_FOLLOW_REST_S, and with the loop open. */
 lm_axis_wait lm_axis_pause(lm_axis *a);
 

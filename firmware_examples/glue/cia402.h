@@ -114,8 +114,8 @@ lm_status cia402_start(cia402_axis *c, const cia402_drive *values, const lm_para
 cia402_output cia402_cycle(cia402_axis *c, const cia402_input *in, const lm_conditions *at,
                            float wish_rad, int32_t run);
 
-/* motor_over_ratio_rad: of the input of this cycle, LM_UNKNOWN if it is not valid; and of a position
- * of the motor without an offset, before the start. */
+/* motor_over_ratio_rad: of the input of this cycle, LM_UNKNOWN if it is not valid; and, before the
+ * start, of a position of the motor without an offset. */
 float cia402_motor(const cia402_axis *c, const cia402_input *in);
 float cia402_angle(const cia402_drive *values, int32_t motor_inc);
 
