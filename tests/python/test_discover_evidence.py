@@ -25,7 +25,6 @@ from lostmotion.effects.conditions import Conditions
 from lostmotion.evidence.contest import Contest
 from lostmotion.evidence.gram import gather
 from lostmotion.evidence.noise import Noise
-from lostmotion.evidence.overlap import absorbed_share
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.terms import Term
 from lostmotion.recordings import Campaign, Run
@@ -76,30 +75,6 @@ def test_rates_that_differ_by_noise_alone_are_one():
     assert number.tolist() == [0, 0, 1, 1, 1, 3, 2, 3, 0]
     assert levels(rates)[2] == pytest.approx(0.1, rel=1e-4)
     assert np.ptp(levels(np.zeros(5))) == 0
-
-
-def test_what_part_of_a_block_columns_of_the_base_could_do_is_that_of_least_squares():
-    rng = np.random.default_rng(5)
-    columns = rng.normal(size=(RUNS * ROWS, 3))
-    block = columns[:, :2] @ np.array([0.6, 0.0]) + rng.normal(size=RUNS * ROWS)
-    offset = np.ones((RUNS * ROWS, 1))
-    starts = np.arange(RUNS + 1) * ROWS
-    noise = Noise([np.zeros(0)] * RUNS, np.ones(RUNS))
-    evidence = gather(columns, np.zeros(3), offset, [("b", block[:, None])], block, noise, starts)
-    omega = np.zeros(1)
-    own = columns[:, [0]]
-    beside = columns[:, 1:]
-
-    def left(x):
-        return x - beside @ np.linalg.lstsq(beside, x, rcond=None)[0]
-
-    free, target = left(own), left(block)
-    fitted = free @ np.linalg.lstsq(free, target, rcond=None)[0]
-    share = float(fitted @ fitted / (target @ target))
-    by_first = absorbed_share(evidence, omega, "b", np.ones(1), evidence.fixed[:1])
-    assert by_first == pytest.approx(share, rel=1e-6)
-    assert 0.1 < share < 0.5
-    assert absorbed_share(evidence, omega, "b", np.ones(1), evidence.fixed[:0]) == 0.0
 
 
 def test_the_level_is_shared_evenly_among_answers_and_within_each():

@@ -18,7 +18,7 @@ from lostmotion.discover.linearise import Settled, plain_rms, settle
 from lostmotion.discover.measurement_noise import estimate_noise
 from lostmotion.discover.recorded_model import RecordedModel, fall_of_error, without_idle
 from lostmotion.discover.refits import refit, refitted, without_deviations
-from lostmotion.discover.shortlist import LeastSizes, strongest
+from lostmotion.discover.shortlist import strongest
 from lostmotion.discover.terms import term_size
 from lostmotion.effects.conditions import Conditions
 from lostmotion.fit.baseline import BaselineModel
@@ -156,7 +156,7 @@ def test_a_lead_that_does_not_pass_hides_no_weaker_one(warm_gap, monkeypatch):
     least = 0.5 * first.round.size_of(blurred)
     model = model_before(warm_gap)
     results = [blurred, found["thermal_gap"]]
-    step = choose(model, first.round, results, LeastSizes(least, least, {}))
+    step = choose(model, first.round, results, least)
     tried = {c.name: c.passes for c in step.contenders}
     assert not tried["kinematic_error"]
     assert step.selected.name == "thermal_gap"

@@ -10,7 +10,6 @@ import tomllib
 from small_campaigns import ARCSEC, DRIVE, RATED_NM, campaign, gap
 
 from lostmotion.cli import main
-from lostmotion.discover.conclusion import minor_doubts
 from lostmotion.discover.ladder import gain, harms, make_rungs
 from lostmotion.discover.measured_conditions import settings_of
 from lostmotion.drives import parse_drive
@@ -21,15 +20,6 @@ from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.fitted_range import beyond, in_words
 from lostmotion.fit.terms import Term
 from lostmotion.report.discovery import verdict_sentence
-
-CERTAIN = ("thermal_gap", {"verdict": "missing-effect", "rivals": []}, 3.0)
-OPEN = {"verdict": "ambiguous", "rivals": ["creep"]}
-
-
-def test_a_small_doubt_behind_a_certain_effect_leaves_the_answer_certain() -> None:
-    assert minor_doubts([CERTAIN, ("wear", OPEN, 0.02)], 1.0) == ["wear"]
-    assert minor_doubts([CERTAIN, ("wear", OPEN, 1.0)], 1.0) == []
-    assert minor_doubts([("wear", OPEN, 0.02)], 1.0) == []
 
 
 def test_what_is_certain_is_stated_apart_from_what_is_open() -> None:

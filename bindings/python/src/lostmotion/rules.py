@@ -44,38 +44,12 @@ distinguish a model with an error of a tenth of the noise from an exact one.
 Derived: at a tenth of the noise the rms error of a model rises by half a per cent.
 """
 
-TAKEN_UP = 1 / 3
-"""An effect above this share of the least size may be larger than it seems if the runs' own
-stiffness and gap have absorbed it: it is refitted, and the common error of all runs decides.
-
-Chosen: on campaigns of tests/rig.
-"""
-
-SHAPE_AFTER_NAMED = 0.25
-"""Least size, relative to the noise, of a shape that counts in addition to a named effect: below it
-the named effect explains the misfit except for details.
-
-Chosen: on campaigns of tests/rig.
-"""
-
 LEFTOVER_SHARE = 0.12
 """The residual of a named effect due to its inexact form counts as missing above this share of its
 size.
 
-Chosen: on campaigns of tests/rig.
-"""
-
-TWIN_SHARE = 0.3
-"""The same share for an effect that is known to be confounded with one in the model ...
-
-Chosen: on campaigns of tests/rig.
-"""
-
-ALIKE_SHARE = 0.25
-"""... and of which that one can absorb this share with the given plan: some plans separate effects
-that others do not, such as orders 2 and 2.02 over a whole turn of the output.
-
-Chosen: on campaigns of tests/rig.
+Chosen: on campaigns of tests/rig. Without it one of 12 campaigns of tests/rig/laboratory.py with an
+effect of two noises names another effect beside the right one, and one reports a form error.
 """
 
 FORM_SHARE = 0.0025
@@ -107,13 +81,6 @@ RIVAL_SHARE = 0.5
 the gain in the contest is not the same optimum, and is repeated from another start.
 
 Chosen: half.
-"""
-
-FAR = 3.0
-"""Multiple of its tangent's gain above which a refit is more informative than the tangents of its
-rivals.
-
-Chosen: on campaigns of tests/rig.
 """
 
 TERMS_MAX = 4

@@ -11,7 +11,7 @@ that explains less may imitate a missing effect and is left to the contest;
 - no hysteresis effect of the library does as well in addition to constant width.
 
 Of these forms, the one with the fewest values is selected that no other beats by
-`rules.SHAPE_AFTER_NAMED` of the noise. A missing effect hides how much of the residual is due to
+`rules.SIZE_LEAST` of the noise. A missing effect hides how much of the residual is due to
 the form: the form is chosen again with the effects found in the model (`form_beside`).
 """
 
@@ -168,7 +168,7 @@ def choose_form(
     if not large:
         return ChosenForm(base, given, found)
     best = min(large, key=lambda name: found[name].mean_square)
-    near = found[best].mean_square + rules.SHAPE_AFTER_NAMED**2 * noise
+    near = found[best].mean_square + rules.SIZE_LEAST**2 * noise
     name = next(name for name in large if found[name].mean_square <= near)
     return ChosenForm(found[name].base, name, found)
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from lostmotion import rules
 from lostmotion.discover.contest_round import ContestRound
-from lostmotion.discover.gates import corrected_for, runs_separate, share_at
+from lostmotion.discover.gates import corrected_for, large_enough, runs_separate, share_at
 from lostmotion.discover.growing_model import Contender, GrowingModel, Lead
-from lostmotion.discover.shortlist import LeastSizes, find_leads, strongest, without
+from lostmotion.discover.shortlist import find_leads, strongest, without
 from lostmotion.evidence.contest import Result
 from lostmotion.evidence.overlap import principal_angles
 from lostmotion.threads import in_parallel
@@ -43,9 +43,7 @@ class Step:
     least_arcsec: float = 0.0
 
 
-def choose(
-    model: GrowingModel, current: ContestRound, results: list[Result], limits: LeastSizes
-) -> Step:
+def choose(model: GrowingModel, current: ContestRound, results: list[Result], least: float) -> Step:
     """Find the strongest missing candidate, or none.
 
     A candidate that is confounded with the form error counts as one, unless a model without form
@@ -54,8 +52,8 @@ def choose(
     effects may seem to be confounded that their models separate.
     """
     apart = [result for result in results if not current.candidates[result.name].of_form]
-    contenders, rejected = try_shortlist(model, current, apart, limits)
-    step = choose_among(model, current, results, limits, contenders, rejected)
+    contenders, rejected = try_shortlist(model, current, apart, least)
+    step = choose_among(model, current, results, least, contenders, rejected)
     known = {contender.name for contender in step.contenders}
     untried = [
         Lead(current, result, current.size_of(result))
@@ -63,8 +61,8 @@ def choose(
         if result.name in step.rivals and result.name not in known
     ]
     if untried:
-        contenders = best_starts(contenders + try_leads(model, untried, limits, current))
-        step = choose_among(model, current, results, limits, contenders, rejected)
+        contenders = best_starts(contenders + try_leads(model, untried, least, current))
+        step = choose_among(model, current, results, least, contenders, rejected)
     return step
 
 
@@ -72,7 +70,7 @@ def choose_among(
     model: GrowingModel,
     current: ContestRound,
     results: list[Result],
-    limits: LeastSizes,
+    least: float,
     tried: list[Contender],
     rejected: set[str],
 ) -> Step:
@@ -80,7 +78,7 @@ def choose_among(
     apart = [result for result in results if not current.candidates[result.name].of_form]
     contenders = as_kept(tried)
     confirmed = [c for c in contenders if c.passes]
-    if limits.kept:
+    if current.has_effects:
         confirmed, idle = of_use(model, confirmed)
         rejected = rejected | {c.name for c in idle}
     effects = [c for c in confirmed if c.candidate.named]
@@ -92,7 +90,7 @@ def choose_among(
             contenders.append(sharper)
             shape = max(shape, sharper, key=lambda c: c.gain)
     selected = best_of(current, effects, shape)
-    step = Step(current, results, selected, contenders, least_arcsec=limits.effect)
+    step = Step(current, results, selected, contenders, least_arcsec=least)
     if selected is not None and selected.candidate.named:
         names, first = {c.name for c in confirmed}, of_form(current, selected.name)
         law = imitates_law(current, selected.name)
@@ -105,7 +103,7 @@ def choose_among(
                 result in apart
                 and not first
                 and result.name not in rejected
-                and limits.meets(current, result, current.size_of(result))
+                and large_enough(current, result, current.size_of(result), least)
             )
         ]
         alike = rivals(current, large, contenders, selected)
@@ -129,7 +127,7 @@ def try_shortlist(
     model: GrowingModel,
     current: ContestRound,
     results: list[Result],
-    limits: LeastSizes,
+    least: float,
 ) -> tuple[list[Contender], set[str]]:
     """Try the shortlist in the model, then the reserve until one passes.
 
@@ -139,23 +137,15 @@ def try_shortlist(
     rejected : set of str
         Candidates that did not pass, so that they do not hide weaker ones.
     """
-    passed = find_leads(current, results, limits)
+    passed = find_leads(current, results, least)
     shortlist = strongest(passed)
     reserve = without(passed, shortlist)
     shortlist = model.more_starts(current, shortlist)
 
-    def counting(leads: list[Lead]) -> list[Lead]:
-        return [
-            lead
-            for lead in leads
-            if lead.size is None or limits.meets(lead.round, lead.result, lead.size)
-        ]
-
-    shortlist, reserve = counting(shortlist), counting(reserve)
     shortlist += model.unjudged(current, results, shortlist)
 
     def tried(leads: list[Lead]) -> list[Contender]:
-        return try_leads(model, leads, limits, current)
+        return try_leads(model, leads, least, current)
 
     contenders = best_starts(tried(shortlist))
     rejected: set[str] = set()
@@ -168,15 +158,15 @@ def try_shortlist(
 
 
 def try_leads(
-    model: GrowingModel, leads: list[Lead], limits: LeastSizes, current: ContestRound
+    model: GrowingModel, leads: list[Lead], least: float, current: ContestRound
 ) -> list[Contender]:
     """Put candidates into the model, each apart; those that have no finite fit are left out."""
-    found = in_parallel(lambda lead: try_lead(model, lead, limits, current), leads)
+    found = in_parallel(lambda lead: try_lead(model, lead, least, current), leads)
     return [contender for contender in found if contender is not None]
 
 
 def try_lead(
-    model: GrowingModel, lead: Lead, limits: LeastSizes, current: ContestRound
+    model: GrowingModel, lead: Lead, least: float, current: ContestRound
 ) -> Contender | None:
     """Put a candidate into the model, and return whether it passes, with the level of a round.
 
@@ -187,19 +177,13 @@ def try_lead(
     if contender is None:
         return None
 
-    def large(size: float) -> bool:
-        return limits.meets(lead.round, lead.result, size)
-
     count = corrected_for(current, lead.candidate)
     contender.size = model.size_within(contender) if lead.size is None else lead.size
     contender.passes = (
         contender.gain + model.not_kept(contender) >= rules.GAIN_LEAST
-        and (lead.absorbed or large(contender.size))
+        and large_enough(lead.round, lead.result, contender.size, least)
         and (not contender.candidate.named or model.passes_gates(contender, count))
     )
-    if contender.passes and lead.absorbed and not large(contender.size):
-        contender.size = max(contender.size, model.fall_of_error(contender))
-    contender.passes = contender.passes and large(contender.size)
     if contender.passes and not model.beats_forms(contender):
         return None
     return contender
@@ -327,8 +311,6 @@ def rivals(
         else:
             gain, by_run = result.gain, result.gain_by_run
             ahead, ahead_by_run = selected.result.gain, selected.result.gain_by_run
-            if selected.gain > rules.FAR * ahead:
-                ahead, ahead_by_run = selected.gain, selected.gain_by_run
         close = gain >= rules.RIVAL_SHARE * ahead and not runs_separate(ahead_by_run, by_run)
         if ahead - gain < rules.GAIN_LEAST or close:
             out.append(result)

@@ -90,7 +90,6 @@ def conclude_rounds(
     present: Sequence[str],
     names: list[str],
     nameless: bool,
-    within: float,
 ) -> Conclusion:
     """Draw the conclusion from the rounds of a selection.
 
@@ -105,20 +104,16 @@ def conclude_rounds(
         Effects in the model, and those of them that the drive file does not have.
     nameless : bool
         Whether the model has unnamed shapes, or the recordings have sudden events.
-    within : float
-        Noise within runs, arc seconds.
     """
     counted = steps[:taken]
-    rungs = [rung_of(step, present) for step in counted if is_named(step)]
-    by_effect = {name: said for name, said, _ in rungs if name in names}
-    minor = minor_doubts([rung for rung in rungs if rung[0] in names], within)
-    sure = [name for name in names if name not in minor]
-    rivals = sorted({r for name, said, _ in rungs if name not in minor for r in said["rivals"]})
-    verdict, shown = decide(runs, sure, rivals, nameless)
+    rungs = dict(rung_of(step, present) for step in counted if is_named(step))
+    by_effect = {name: said for name, said in rungs.items() if name in names}
+    rivals = sorted({rival for said in rungs.values() for rival in said["rivals"]})
+    verdict, shown = decide(runs, names, rivals, nameless)
     depends = [what for step in steps for what in describe(step)]
     shapes = [s.selected for s in counted if s.selected and not s.selected.candidate.named]
     unnamed = sum(shape.size**2 for shape in shapes)
-    return Conclusion(verdict, shown, sure, rivals, by_effect, depends, unnamed=unnamed)
+    return Conclusion(verdict, shown, names, rivals, by_effect, depends, unnamed=unnamed)
 
 
 def is_named(step: Step) -> bool:
@@ -126,8 +121,8 @@ def is_named(step: Step) -> bool:
     return step.selected is not None and step.selected.candidate.named
 
 
-def rung_of(step: Step, present: Sequence[str]) -> tuple[str, dict[str, Any], float]:
-    """Name, verdict and size in arc seconds of an effect that was selected."""
+def rung_of(step: Step, present: Sequence[str]) -> tuple[str, dict[str, Any]]:
+    """Name and verdict of an effect that was selected."""
     chosen = step.selected
     assert chosen is not None
     rivals = sorted(name for name in step.rivals if name not in present)
@@ -136,19 +131,7 @@ def rung_of(step: Step, present: Sequence[str]) -> tuple[str, dict[str, Any], fl
         "confidence": 1.0 - family_p(step.round, chosen.candidate, chosen.result),
         "rivals": rivals,
     }
-    return chosen.name, said, chosen.size
-
-
-def minor_doubts(rungs: Sequence[tuple[str, dict[str, Any], float]], within: float) -> list[str]:
-    """Effects with rivals that are too small to make the answer ambiguous.
-
-    As for a shape after a named effect (`rules.SHAPE_AFTER_NAMED`): the certain effect explains the
-    misfit, except for details.
-    """
-    if not any(said["verdict"] == "missing-effect" for _, said, _ in rungs):
-        return []
-    least = rules.SHAPE_AFTER_NAMED * within
-    return [name for name, said, size in rungs if said["rivals"] and size < least]
+    return chosen.name, said
 
 
 def decide(runs: int, names: list[str], rivals: list[str], nameless: bool) -> tuple[str, list[str]]:

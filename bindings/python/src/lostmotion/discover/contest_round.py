@@ -29,7 +29,6 @@ from lostmotion.rms import rms_of
 from lostmotion.threads import both
 
 FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.intp]
 
 PROJECTION_RIDGE = 1e-9
 """Relative ridge of the columns of a model when it is projected out of other columns. Its columns
@@ -105,9 +104,10 @@ class ContestRound(ABC):
     def size_of(self, result: Result) -> float:
         """Root mean square, arc seconds, of what a candidate explains in addition to the model."""
 
+    @property
     @abstractmethod
-    def effects_within(self) -> list[tuple[Effect, IntArray]]:
-        """Effects in the model, with the places of their columns in the evidence."""
+    def has_effects(self) -> bool:
+        """Whether effects are in the model."""
 
 
 @dataclass
@@ -130,10 +130,10 @@ class RecordedRound(ContestRound):
         columns = self.candidates[result.name].columns[:, judged]
         return self.projector.size(columns @ self.unscaled(result))
 
-    def effects_within(self) -> list[tuple[Effect, IntArray]]:
+    @property
+    def has_effects(self) -> bool:
         """See `ContestRound`."""
-        base, fixed = self.settled.base, self.contest.evidence.fixed
-        return [(term.effect, fixed[base.term_places(term)]) for term in base.terms]
+        return self.settled.base.has_effects
 
 
 def swing_by_run(base: BaselineModel, point: Point) -> FloatArray:

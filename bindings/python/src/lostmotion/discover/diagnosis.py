@@ -289,9 +289,7 @@ def conclude(
     names = present[given:]
     nameless = bool(shapes_of(base) or events)
     within = noise_rms(selection.noise, base)
-    found = conclude_rounds(
-        steps, len(selection.settled) - 1, c.runs, present, names, nameless, within
-    )
+    found = conclude_rounds(steps, len(selection.settled) - 1, c.runs, present, names, nameless)
     add_unnamed(found, selection, within)
     models = list(stepwise.models)
     if shapes_of(base):
@@ -362,10 +360,8 @@ def add_unnamed(found: Conclusion, selection: Selection, within: float) -> None:
         if outliers is not None:
             least, labels = least_size(within, selection.given_arcsec), base.conditions.labels
             found.add_outlier_runs(outliers, size_of_outlier_runs(base, outliers), least, labels)
-    chosen = [step.selected for step in selection.steps[:-1] if step.selected]
-    kept = {contender.name: contender.size for contender in chosen}
-    largest = max([selection.given_arcsec, *kept.values()])
-    error = form_error_told(final, within, kept, largest)
+    chosen = [step.selected.size for step in selection.steps[:-1] if step.selected]
+    error = form_error_told(final, within, max([selection.given_arcsec, *chosen]))
     if base.form_error and error:
         found.add_form_error(error, base.form_error.p)
 

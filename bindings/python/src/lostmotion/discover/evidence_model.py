@@ -41,11 +41,14 @@ class EvidenceRound(ContestRound):
         Candidates in the model.
     rows : float
         Samples.
+    given : bool
+        Whether the drive file has effects.
     """
 
     plain: Evidence
     taken: list[Contender]
     rows: float
+    given: bool
 
     def size_of(self, result: Result) -> float:
         """See `ContestRound`; the mean over all samples is subtracted, as for columns."""
@@ -61,13 +64,10 @@ class EvidenceRound(ContestRound):
         left -= cross @ np.linalg.solve(h + ridge, cross)
         return float(np.sqrt(max(left, 0.0) / self.rows))
 
-    def effects_within(self) -> list[tuple[Effect, IntArray]]:
-        """See `ContestRound`; the places of effects from the drive file are not known."""
-        return [
-            (one.candidate.effect, places_of(self.plain, one))
-            for one in self.taken
-            if one.candidate.effect is not None
-        ]
+    @property
+    def has_effects(self) -> bool:
+        """See `ContestRound`."""
+        return self.given or any(one.candidate.named for one in self.taken)
 
 
 class EvidenceModel(GrowingModel):
@@ -116,6 +116,7 @@ class EvidenceModel(GrowingModel):
             self.body.plain,
             list(taken),
             self.rows,
+            bool(self.given),
         )
 
     def compete(self) -> tuple[EvidenceRound, list[Result]]:
@@ -141,11 +142,6 @@ class EvidenceModel(GrowingModel):
         more = [places_of(self.body.plain, one) for one in taken]
         columns = np.concatenate([np.zeros(0, dtype=np.intp), *more])
         return errors(self.body.plain, columns, self.rows)
-
-    def fall_of_error(self, contender: Contender) -> float:
-        """See `GrowingModel`."""
-        before, after = (self.errors(all_)[0] for all_ in (self.taken, [*self.taken, contender]))
-        return float(np.sqrt(max(0.0, before**2 - after**2)))
 
     def fall_of_left_out(self, contender: Contender) -> float:
         """See `GrowingModel`."""

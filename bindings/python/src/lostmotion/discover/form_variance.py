@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,7 +14,7 @@ from lostmotion.discover.contest_round import Projector, RecordedRound, form_siz
 from lostmotion.discover.gates import is_of_form
 from lostmotion.discover.linearise import Settled, columns_of, form_part, noise_rms
 from lostmotion.discover.measurement_noise import LargestModel
-from lostmotion.discover.shortlist import least_sizes
+from lostmotion.discover.shortlist import least_size
 from lostmotion.evidence.contest import FIRST_OMEGA, Result
 from lostmotion.evidence.gram import Evidence, gather
 from lostmotion.evidence.noise import Noise
@@ -190,18 +190,16 @@ def form_directions(
     return np.asarray(vector[:, kept])
 
 
-def form_error_told(
-    settled: Settled, within: float, kept: Mapping[str, float], largest: float
-) -> float:
-    """Size of the form error, arc seconds, if it counts; otherwise None.
+def form_error_told(settled: Settled, within: float, largest: float) -> float:
+    """Size of the form error, arc seconds, if it counts; otherwise zero.
 
-    If effects were `kept`, it counts under the same condition as any shape, because it may be due
-    to their inexact form.
+    It counts as any shape does beside the `largest` effect, because it may be due to the inexact
+    form of that.
     """
     base = settled.base
     if base.form_error is None:
         return 0.0
-    size, least = form_error_size(settled), least_sizes(within, kept, largest).shape
+    size, least = form_error_size(settled), least_size(within, largest)
     swing, rows = swing_by_run(base, base.at()), np.diff(base.conditions.starts)
     return size if size >= max(least, form_size(swing, rows)) else 0.0
 

@@ -29,8 +29,6 @@ class Lead:
     result: Result
     size: float | None
     """Arc seconds; None if the tangent gives no estimate and a refit is needed."""
-    absorbed: bool = False
-    """Whether it may be larger than its tangent indicates (`rules.TAKEN_UP`)."""
 
     @property
     def name(self) -> str:
@@ -95,14 +93,6 @@ class GrowingModel(ABC):
     @abstractmethod
     def size_within(self, contender: Contender) -> float:
         """Size of a candidate in the model with it, arc seconds."""
-
-    @abstractmethod
-    def fall_of_error(self, contender: Contender) -> float:
-        """Root mean square, arc seconds, of the decrease of the common error of all runs.
-
-        If runs differ by an effect of inexact form, their own stiffness and gap absorb most of it,
-        and the effect seems small.
-        """
 
     @abstractmethod
     def fall_of_left_out(self, contender: Contender) -> float:

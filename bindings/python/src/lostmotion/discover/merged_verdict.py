@@ -48,7 +48,7 @@ def judge_body(body: Body, effects: Mapping[str, Effect]) -> dict[str, Any]:
     given = list(body.about["given_arcsec"])
     nameless = len(events) > len(slips) or any(not one.candidate.named for one in model.taken)
     found = conclude_rounds(
-        steps, len(model.trail) - 1, model.runs, [*given, *names], names, nameless, within
+        steps, len(model.trail) - 1, model.runs, [*given, *names], names, nameless
     )
     ladder = [rung(taken, model.errors(taken), found) for taken in model.trail]
     final = model.round_with(model.taken).contest

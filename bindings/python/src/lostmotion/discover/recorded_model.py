@@ -200,8 +200,8 @@ class RecordedModel(GrowingModel):
         base, noise = model_of(found), self.noise
         effects, _ = named_candidates(self.effects, base, base.at(), self.ratio)
         settled = settle(with_form_error(base, noise, effects), noise)
-        kept = {term.effect.name: term_size(base, k) for k, term in enumerate(base.terms)}
-        if form_error_told(settled, self.within, kept, max(kept.values())):
+        largest = max(term_size(base, place) for place in range(len(base.terms)))
+        if form_error_told(settled, self.within, largest):
             return None
         by_run = settled.density - self.now.density
         return replace(
@@ -237,18 +237,14 @@ class RecordedModel(GrowingModel):
             shifted and contender.gain >= rules.GAIN_LEAST
         ):
             return size
-        return self.fall_of_error(contender)
+        assert contender.settled is not None
+        return fall_of_error(self.now, contender.settled)
 
     def not_kept(self, contender: Contender) -> float:
         """See `GrowingModel`."""
         assert contender.settled is not None
         beyond = np.sum(self.now.beyond_linear) - np.sum(contender.settled.beyond_linear)
         return max(0.0, float(beyond))
-
-    def fall_of_error(self, contender: Contender) -> float:
-        """See `GrowingModel`."""
-        assert contender.settled is not None
-        return fall_of_error(self.now, contender.settled)
 
     def fall_of_left_out(self, contender: Contender) -> float:
         """See `GrowingModel`; once for each model of a round."""

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from lostmotion import rules
 from lostmotion.discover.choice import Step, choose
 from lostmotion.discover.growing_model import GrowingModel
-from lostmotion.discover.shortlist import least_sizes
+from lostmotion.discover.shortlist import least_size
 
 
 def select(model: GrowingModel, say: Callable[[str], None] = lambda _: None) -> list[Step]:
@@ -32,10 +32,9 @@ def select(model: GrowingModel, say: Callable[[str], None] = lambda _: None) -> 
         say("comparing effects")
         current, results = model.compete()
         taken = [step.selected for step in steps if step.selected is not None]
-        kept = model.given | {one.name: one.size for one in taken if one.candidate.named}
         sizes = [*(one.size for one in taken), *model.given.values()]
-        limits = least_sizes(model.within, kept, max(sizes, default=0.0))
-        step = choose(model, current, results, limits)
+        least = least_size(model.within, max(sizes, default=0.0))
+        step = choose(model, current, results, least)
         steps.append(step)
         best = step.selected
         if best is None or len(steps) > most:

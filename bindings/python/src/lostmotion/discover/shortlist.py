@@ -2,89 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-
 from lostmotion import rules
 from lostmotion.discover.contest_round import ContestRound
 from lostmotion.discover.gates import accepted, corrected_for, large_enough
 from lostmotion.discover.growing_model import Lead
 from lostmotion.evidence.contest import Result
-from lostmotion.evidence.overlap import absorbed_share
-
-
-@dataclass
-class LeastSizes:
-    """Least sizes that count in a round.
-
-    Attributes
-    ----------
-    effect, shape : float
-        Least sizes of an effect and of an unnamed shape, arc seconds.
-    kept : mapping
-        Effects that are in the model, with their sizes.
-    """
-
-    effect: float
-    shape: float
-    kept: Mapping[str, float]
-
-    def meets(self, contest_round: ContestRound, result: Result, size: float) -> bool:
-        """Whether a size counts in addition to the effects in the model."""
-        least = max(self.effect, least_beside(contest_round, result, self.kept))
-        return large_enough(contest_round, result, size, least)
-
-
-def least_sizes(within: float, kept: Mapping[str, float], largest: float) -> LeastSizes:
-    """Least sizes for a noise within runs and the size of the largest effect."""
-    effect = least_size(within, largest)
-    shape = max(effect, rules.SHAPE_AFTER_NAMED * within) if kept else effect
-    return LeastSizes(effect, shape, kept)
 
 
 def least_size(within: float, largest: float) -> float:
-    """Least size that is reported as missing, for the size of the largest effect."""
+    """Least size that is reported as missing, arc seconds.
+
+    Parameters
+    ----------
+    within : float
+        Noise within runs.
+    largest : float
+        Size of the largest effect in the model.
+    """
     return max(rules.SIZE_LEAST * within, rules.LEFTOVER_SHARE * largest)
 
 
-def least_beside(contest_round: ContestRound, result: Result, kept: Mapping[str, float]) -> float:
-    """Least size of an effect in addition to those in the model.
+def find_leads(contest_round: ContestRound, results: list[Result], least: float) -> list[Lead]:
+    """Find the candidates that pass all tests with the present model, strongest first.
 
-    The residual of an effect of inexact form resembles the effects confounded with it.
+    Parameters
+    ----------
+    least : float
+        Least size that counts, arc seconds.
     """
-    effect = contest_round.candidates[result.name].effect
-    if effect is None:
-        return 0.0
-    contest = contest_round.contest
-    least = 0.0
-    for other, own in contest_round.effects_within():
-        size = kept.get(other.name, 0.0)
-        confounded = other.name in effect.confused_with or effect.name in other.confused_with
-        if confounded and rules.TWIN_SHARE * size > least:
-            share = absorbed_share(
-                contest.evidence, contest.null_omega, result.block, result.coefficients, own
-            )
-            if share >= rules.ALIKE_SHARE:
-                least = rules.TWIN_SHARE * size
-    return least
-
-
-def find_leads(
-    contest_round: ContestRound, results: list[Result], limits: LeastSizes
-) -> list[Lead]:
-    """Find the candidates that pass all tests with the present model, strongest first."""
     passed = []
     for result in results:
         candidate = contest_round.candidates[result.name]
         if accepted(result, corrected_for(contest_round, candidate)):
             size = contest_round.size_of(result)
-            limit = limits.effect if candidate.named else limits.shape
-            if large_enough(contest_round, result, size, limit):
+            if large_enough(contest_round, result, size, least):
                 passed.append(Lead(contest_round, result, size))
-            elif candidate.named and large_enough(
-                contest_round, result, size, rules.TAKEN_UP * limit
-            ):
-                passed.append(Lead(contest_round, result, None, absorbed=True))
     return passed
 
 

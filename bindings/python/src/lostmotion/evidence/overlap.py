@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import numpy.typing as npt
 
@@ -11,7 +9,6 @@ from lostmotion.evidence.gram import Evidence
 from lostmotion.evidence.scatter import reduce
 
 FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.intp]
 
 RANK = 1e-7
 """Dimensions of a block below this share of its largest projected square are ignored."""
@@ -25,41 +22,6 @@ def projected(evidence: Evidence, names: list[str], omega: FloatArray) -> FloatA
     cross = reduced[n0:-1, :n0]
     h0 = reduced[:n0, :n0] + np.diag(evidence.ridge(index)[:n0])
     return np.asarray(reduced[n0:-1, n0:-1] - cross @ np.linalg.solve(h0, cross.T))
-
-
-def absorbed_share(
-    evidence: Evidence,
-    omega: FloatArray,
-    block: str,
-    coefficients: FloatArray,
-    places: IntArray,
-) -> float:
-    """Share of the mean square of a block that some of the fixed columns can absorb.
-
-    Parameters
-    ----------
-    evidence : Evidence
-    omega : ndarray
-        Variances of the scattering columns.
-    block : str
-    coefficients : ndarray
-        Of the block's scaled columns.
-    places : ndarray
-        The fixed columns, among those of the evidence.
-    """
-    kept = ~np.isin(evidence.fixed, places)
-    freed = replace(
-        evidence,
-        fixed=evidence.fixed[kept],
-        precision=evidence.precision[kept],
-        blocks={block: evidence.blocks[block], "freed": places},
-    )
-    m = projected(freed, [block, "freed"], omega)
-    n = evidence.blocks[block].size
-    whole = float(coefficients @ m[:n, :n] @ coefficients)
-    cross = m[n:, :n] @ coefficients
-    taken = float(cross @ np.linalg.pinv(m[n:, n:], rcond=RANK, hermitian=True) @ cross)
-    return taken / whole if whole > 0 else 1.0
 
 
 def principal_angles(evidence: Evidence, omega: FloatArray, a: str, b: str) -> FloatArray:
