@@ -37,7 +37,7 @@ def test_the_rules_that_a_diagnosis_reads_are_noted() -> None:
 
 def test_only_what_was_looked_at_is_tried_both_ways() -> None:
     plain = record("", 0.0, "complete", good=True)
-    assert list(bench.trials(plain, ["TWIN_DEG", "POWER"])) == [
+    assert list(bench.trials(plain, ["TWIN_DEG", "HARM_MOST"])) == [
         ("TWIN_DEG", -bench.CHANGE),
         ("TWIN_DEG", bench.CHANGE),
     ]
@@ -51,5 +51,5 @@ def test_the_table_counts_what_moves_and_names_what_moves_nothing() -> None:
     assert text.splitlines()[2].split() == ["TWIN_DEG", "1", "1", "0", "0", "1"]
     last = text.splitlines()[-1]
     assert "TWIN_DEG" not in last
-    assert "POWER" in last  # no campaign examines it
+    assert "HARM_MOST" in last  # no campaign examines it
     assert {name for name in vars(rules) if name.isupper()} == set(bench.NAMES)

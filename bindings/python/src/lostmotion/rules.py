@@ -149,18 +149,6 @@ angle from the best shape is selected: a real effect never has exactly the form 
 Derived: each explains three quarters of the sum of squares of the other.
 """
 
-POWER = 0.8
-"""Probability with which the smallest detectable size is detected.
-
-Conventional: the power of a planned test.
-"""
-
-IMPLAUSIBLE = 100.0
-"""A value this many times the typical one is marked.
-
-Chosen: two powers of ten.
-"""
-
 FORM_EXPLAINS = 0.5
 """Share of the error above the measurement noise that another form of the hysteresis must explain
 to be selected: less may be a missing effect that the operators imitate.
@@ -246,15 +234,9 @@ Chosen: on campaigns of tests/rig.
 
 EVENT_SEEN_SHARE = 0.5
 """Share of a step by which the medians before and after it must differ: one outlier, or a few that
-dominate the run's own curve, cause a step in the fit, but no visible one ...
+dominate the run's own curve, cause a step in the fit, but no visible one.
 
 Chosen: on campaigns of tests/rig.
-"""
-
-EVENT_SEEN_ROWS = 100.0
-"""... over so many samples times (noise / step)^2, so that noise does not hide it.
-
-Derived: the median of so many samples is known within an eighth of the step.
 """
 
 LOST_COUNTS_LEAST = 6.0

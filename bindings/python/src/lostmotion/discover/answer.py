@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion import rules
 from lostmotion.candidates.slipped_teeth import slips_of
 from lostmotion.discover.choice import Step
 from lostmotion.discover.conclusion import Conclusion
@@ -41,6 +40,9 @@ from lostmotion.results import figures
 from lostmotion.units import ARCSEC
 
 FloatArray = npt.NDArray[np.float64]
+
+IMPLAUSIBLE = 100.0
+"""A value this many times the typical one is marked: two powers of ten."""
 
 
 @dataclass
@@ -317,11 +319,7 @@ def plausible(effect: Effect, values: FloatArray) -> bool:
         if value.role == "given":
             continue
         at_bound = value.role == "linear" and (x <= value.low or x >= value.high)
-        far = (
-            value.role == "linear"
-            and value.typical
-            and abs(x) > rules.IMPLAUSIBLE * abs(value.typical)
-        )
+        far = value.role == "linear" and value.typical and abs(x) > IMPLAUSIBLE * abs(value.typical)
         if at_bound or far:
             return False
     return True

@@ -19,6 +19,10 @@ from lostmotion.units import ARCSEC, split_unit
 NONCENTRALITY_MIN = 1e-2
 """Least noncentrality that is stated: a tenth of a standard error."""
 
+POWER = 0.8
+"""Probability with which the smallest detectable size is detected: the usual power of a planned
+test."""
+
 NONCENTRALITY_MAX = 4e8
 """Largest noncentrality searched: 20,000 standard errors. Beyond it the distribution function of
 scipy (Boost) fails, and no drive has such an effect.
@@ -26,7 +30,7 @@ scipy (Boost) fails, and no drive has such an effect.
 
 
 def detectable(contest_round: ContestRound, within: float) -> tuple[dict[str, Any], dict[str, str]]:
-    """Smallest size of each effect that is detected with probability `rules.POWER`.
+    """Smallest size of each effect that is detected with probability `POWER`.
 
     Parameters
     ----------
@@ -102,7 +106,7 @@ def noncentrality(rank: int, freedom: int, alpha: float) -> float | None:
 
     def lacking(log_size: float) -> float:
         power = 1.0 - special.ncfdtr(rank, freedom, math.exp(log_size), limit)
-        return float(power) - rules.POWER
+        return float(power) - POWER
 
     low, high = math.log(NONCENTRALITY_MIN), math.log(10.0 * NONCENTRALITY_MIN)
     if lacking(low) >= 0:

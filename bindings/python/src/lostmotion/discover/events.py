@@ -114,8 +114,12 @@ def scan_run(
 
 
 def seen(residual: FloatArray, row: int, size: float, spread: float) -> bool:
-    """Whether the residual without outliers differs before and after a row."""
-    reach = int(np.clip(rules.EVENT_SEEN_ROWS * (spread / size) ** 2, 2 * EDGE, residual.size))
+    """Whether the residual without outliers differs before and after a row.
+
+    Over as many samples as give the mean of such a step the least score.
+    """
+    needed = (rules.EVENT_SCORE_LEAST * spread / size) ** 2
+    reach = int(np.clip(needed, 2 * EDGE, residual.size))
     before, behind = residual[max(row - reach, 0) : row], residual[row : row + reach]
     change = float(np.median(behind) - np.median(before))
     return bool(change * np.sign(size) >= rules.EVENT_SEEN_SHARE * abs(size))
