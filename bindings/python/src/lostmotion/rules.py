@@ -215,19 +215,8 @@ Chosen: on campaigns of tests/rig.
 
 EVENT_SCORE_LEAST = 10.0
 """Least score of a step, in standard deviations: Gaussian noise alone reaches 5 in 1e5 samples, and
-the residual of an effect or baseline whose form is not exact, a little over 8 ...
-
-Chosen: on campaigns of tests/rig.
-"""
-
-EVENT_TAIL_FACTOR = 1.5
-"""... and relative to the largest score of the other runs, if the noise has long tails.
-
-Chosen: on campaigns of tests/rig.
-"""
-
-EVENT_SIZE_LEAST = 0.5
-"""Least size of a step over the noise within runs.
+the residual of an effect or baseline whose form is not exact, a little over 8. A jump of the
+input's encoder is examined above the same multiple of the usual change from sample to sample.
 
 Chosen: on campaigns of tests/rig.
 """
@@ -235,13 +224,6 @@ Chosen: on campaigns of tests/rig.
 EVENT_SEEN_SHARE = 0.5
 """Share of a step by which the medians before and after it must differ: one outlier, or a few that
 dominate the run's own curve, cause a step in the fit, but no visible one.
-
-Chosen: on campaigns of tests/rig.
-"""
-
-LOST_COUNTS_LEAST = 6.0
-"""Least jump of the input's encoder that is examined, seen at the output, over the scatter of the
-lost motion from sample to sample.
 
 Chosen: on campaigns of tests/rig.
 """

@@ -165,8 +165,7 @@ def scores(
 
 
 def find_events(base: BaselineModel, noise: Noise, within_arcsec: float) -> list[Event]:
-    """Find steps that are significant against the noise and the other runs."""
-    found: list[Event] = []
+    """Find steps that are significant against the noise."""
     fixed, _, scatter, _ = columns_of(base, base.at(), form=False)
     # Here each run has its own stiffness, friction, gap, offset and curve.
     keep = np.einsum("ij,ij->j", fixed, fixed) > 0
@@ -177,17 +176,14 @@ def find_events(base: BaselineModel, noise: Noise, within_arcsec: float) -> list
     best = in_parallel(
         lambda run: scan_run(base, noise, run, columns, response), range(base.conditions.runs)
     )
-    scores = np.array([event.score for event in best])
-    for event in sorted(best, key=lambda e: -e.score):
-        others = np.delete(scores, event.run)
-        usual = float(np.median(others)) if others.size else 0.0
-        if (
-            event.score >= max(rules.EVENT_SCORE_LEAST, rules.EVENT_TAIL_FACTOR * usual)
-            and abs(event.size_arcsec) >= rules.EVENT_SIZE_LEAST * within_arcsec
-        ):
-            found.append(event)
-    found.sort(key=lambda e: e.row)
-    return found[:EVENTS_MAX]
+    found = [
+        event
+        for event in best
+        if event.score >= rules.EVENT_SCORE_LEAST
+        and abs(event.size_arcsec) >= rules.SIZE_LEAST * within_arcsec
+    ]
+    found = sorted(found, key=lambda e: -e.score)[:EVENTS_MAX]
+    return sorted(found, key=lambda e: e.row)
 
 
 def early_events(base: BaselineModel) -> list[Event]:
@@ -216,10 +212,8 @@ def lost_counts(base: BaselineModel, ratio: float) -> list[Event]:
             continue
         turned, moved = sudden(angle[at] / (ratio * ARCSEC)), sudden(base.measured[at])
         noise = spread_of(moved)
-        for k in np.flatnonzero(
-            np.abs(turned)
-            > rules.EVENT_SCORE_LEAST * spread_of(turned) + rules.LOST_COUNTS_LEAST * noise
-        ):
+        least = rules.EVENT_SCORE_LEAST * (spread_of(turned) + noise)
+        for k in np.flatnonzero(np.abs(turned) > least):
             size = -float(turned[k])
             # The adjacent steps do not reverse it, whereas an outlier leaves and returns.
             stays = all(
