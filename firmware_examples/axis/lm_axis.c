@@ -413,6 +413,15 @@ lm_axis_wait lm_axis_set_mode(lm_axis *a, lm_mode mode) {
   return LM_AXIS_READY;
 }
 
+lm_axis_wait lm_axis_headroom(lm_axis *a, const lm_headroom *headroom) {
+  if (a->state == LM_AXIS_CLOSED && lm_axis_pause(a)) {
+    return LM_AXIS_WAITS_PLANNER;
+  }
+  lm_set_headroom(&a->compensator, headroom);
+  forget_standstill(a);
+  return LM_AXIS_READY;
+}
+
 lm_status lm_axis_change(lm_axis *a, const lm_parameters *parameters, lm_fault *fault) {
   lm_status status;
   if (a->state == LM_AXIS_CLOSED && lm_axis_pause(a)) {

@@ -173,17 +173,18 @@ float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_r
 int lm_axis_guide(lm_axis *a, float command_rad, const lm_correction *correction);
 
 /* From LM_AXIS_CLOSED to LM_AXIS_PAUSED, for whatever moves the correction although the load does
- * not: another source of the torque, an input angle that becomes known, the end of a headroom.
+ * not: an input angle that becomes known.
  * Make the change between this call and the next tick. lm_axis_tick goes back to LM_AXIS_CLOSED by
  * itself, not while follows is 0. Refused until the planner has been at
  * rest for LM_FOLLOW_REST_S, and with the loop open. */
 lm_axis_wait lm_axis_pause(lm_axis *a);
 
-/* Another mode, other parameters. LM_AXIS_CLOSED is paused first, except for LM_MODE_HOLD, so that
+/* Another mode, headroom (null: none), other parameters. LM_AXIS_CLOSED is paused first, except for LM_MODE_HOLD, so that
  * nothing moves: refused while the planner moves (LM_INCONSISTENT, "wish_rad"). Otherwise the
  * results of lm_change_parameters. LM_MODE_RESET and in the same tick LM_MODE_RUN
  * end the ringing. */
 lm_axis_wait lm_axis_set_mode(lm_axis *a, lm_mode mode);
+lm_axis_wait lm_axis_headroom(lm_axis *a, const lm_headroom *headroom);
 lm_status lm_axis_change(lm_axis *a, const lm_parameters *parameters, lm_fault *fault);
 
 /* States that the output is now at angle_rad, at rest or in motion. The planner shifts with

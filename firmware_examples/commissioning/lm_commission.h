@@ -10,11 +10,15 @@ typedef struct lm_commission {
   commissioning_output out; /* instead of the planner: velocity, acceleration; finding */
   int on;
   int begun;
+  float waited_s;
 } lm_commission;
 
-/* Begins a run with the next closing of the axis; torque is not fed forward during it. Returns the
- * finding for rejected settings or parameters: then nothing begins. */
-commissioning_finding lm_commission_start(lm_commission *c, const commissioning_settings *settings);
+/* With run 0 and the axis open: a run begins with the next closing. Without run 1 within
+ * LM_DRIVE_ENABLING_S the request has expired. Torque is not fed forward meanwhile. Returns the
+ * finding for rejected settings or parameters, or COMMISSIONING_ABORTED in another state of the
+ * axis: then nothing begins. */
+commissioning_finding lm_commission_start(lm_commission *c, const lm_axis *a, const lm_drive *d,
+                                          const commissioning_settings *settings);
 
 /* In every tick, before lm_axis_tick, with the torque for it in at. motor_rad: not divided by the
  * ratio; output_rad: encoder at the output, or LM_UNKNOWN. After the run, also after a fault, the

@@ -57,9 +57,10 @@ float cia402_motor(const cia402_axis *c, const cia402_input *in) {
   return in->valid ? cia402_angle(&c->values, motor_at(c, in->position_actual)) : LM_UNKNOWN;
 }
 
-/* What the drive adds to the target. A loop on the output corrects the lost motion itself. */
+/* What the drive adds to the target. A loop on the output corrects the lost motion itself, and in
+ * another mode a drive may ignore it. */
 static int32_t find_offset(const cia402_axis *c) {
-  return c->values.output_loop
+  return c->values.output_loop || (c->drive.operated && c->axis.state < LM_AXIS_PAUSED)
              ? 0
              : to_increments(c->axis.correction.correction_rad * c->increments_per_rad);
 }

@@ -346,6 +346,9 @@ static int stop(void) {
   if (moved(3) > STILL_RAD || a->state != LM_AXIS_CLOSED) {
     return 19;
   }
+  if (commission() != COMMISSIONING_ABORTED) {
+    return 10; /* closed */
+  }
   /* Safe torque off in motion: the brake stops it; it is not enabled by itself. */
   target_rad = planned.position + 0.2f;
   (void)seconds(0.3f);
@@ -362,6 +365,9 @@ static int stop(void) {
 static int commission_it(void) {
   run = 0;
   ticks(2);
+  if (commission() != COMMISSIONING_RUNNING || seconds(6) || test.on) {
+    return 10; /* expired */
+  }
   if (commission() != COMMISSIONING_RUNNING) {
     return 10;
   }
