@@ -15,6 +15,7 @@
 #define SETTLE_LEAST 40      /* with fewer, a design is left out instead */
 #define NEIGHBOUR_WIDTH 0.05 /* of a range, by which a start differs from a design that fails */
 #define SETTLE_PART 0.3      /* of the search's evaluations: largest total of the solver */
+#define FRONT_PART 1.0       /* of them, for the verification of a front of two objectives */
 #define ROUND_CHARGE 2       /* of a design: grades to the nearest, then down and up */
 #define SETTLE_CHECKS 10     /* checks of one design that the solver continues from */
 /* Share of a front of whole grades that remains after rounding, to estimate the work; chosen on the
@@ -71,9 +72,7 @@ static void plan_each(lm_search *search, int kind, const lm_solution list[], int
 }
 
 /* The best of each objective, then designs spread over those that did not hold, then over all. */
-static void plan_settle(lm_search *search) {
-  int budget;
-  const int wanted = count_settled(search, &budget);
+static void plan_settle(lm_search *search, int wanted, int budget) {
   const int count = search->archive_count;
   int place[LM_ARCHIVE_MAX];
   int open = 0;
@@ -100,6 +99,81 @@ static void plan_settle(lm_search *search) {
        i += 1 + count / wanted) {
     (void)add_settling(search, &search->archive[i], budget);
   }
+}
+
+/* The step of the verified front with the largest area but `passed`; -1: there are no more. */
+static int find_step(const lm_search *search, int passed) {
+  const lm_solution *front = search->verified;
+  double last = HUGE_VAL;
+  int widest = -1;
+  int n;
+  for (n = 0; n <= passed; n++) {
+    double most = 0;
+    int i;
+    widest = -1;
+    for (i = 0; i + 1 < search->verified_count; i++) {
+      const double area = (front[i + 1].objective[0] - front[i].objective[0]) *
+                          (front[i].objective[1] - front[i + 1].objective[1]);
+      if (area > most && area < last) {
+        most = area;
+        widest = i;
+      }
+    }
+    if (widest < 0) {
+      break;
+    }
+    last = most;
+  }
+  return widest;
+}
+
+/* Two objectives: into the widest steps of the verified front, from both sides, towards the inner
+ * corner. The designs of the search are optimal for coarse angles and fractional grades, and their
+ * front is another one, so the solver continues on the front that is delivered. */
+static void plan_steps(lm_search *search, int wanted, int budget) {
+  int n;
+  search->steps_passed = search->verify_gains > 0 ? 0 : search->steps_passed + (wanted + 1) / 2;
+  for (n = 0; search->batch_count < wanted; n++) {
+    const int step = find_step(search, search->steps_passed + n);
+    int i;
+    int j;
+    if (step < 0) {
+      return;
+    }
+    for (i = 0; i < 2; i++) {
+      const lm_solution *side = &search->verified[step];
+      lm_task *task =
+          lm_add_task(search, LM_TASK_VERIFY, side[i].combination, budget, side[i].unit);
+      for (j = 0; j < 2; j++) {
+        task->scalar.weight[j] = 1;
+        task->scalar.origin[j] = fmin(side[0].objective[j], side[1].objective[j]);
+        task->scalar.scale[j] = fabs(side[0].objective[j] - side[1].objective[j]);
+      }
+    }
+  }
+}
+
+/* The solver's designs: half of them from the front of the search, and of two objectives the others
+ * from what is verified then, in rounds. */
+static void plan_solver(lm_search *search) {
+  int budget;
+  int wanted = count_settled(search, &budget);
+  if (search->problem.objective_count != 2) {
+    if (search->round == 0) {
+      plan_settle(search, wanted, budget);
+    }
+    return;
+  }
+  wanted = (int)((FRONT_PART * search->problem.evaluations - search->verify_used) /
+                 (budget + SETTLE_CHECKS * CHECK_CHARGE));
+  wanted = wanted < 2 * LM_VERIFIED_MAX ? wanted : 2 * LM_VERIFIED_MAX;
+  if (search->round == 0) {
+    plan_settle(search, wanted < 4 ? 2 : wanted / 2, budget);
+    search->steps_part = wanted / 4;
+  } else {
+    plan_steps(search, wanted < search->steps_part ? wanted : search->steps_part, budget);
+  }
+  search->verify_gains = 0;
 }
 
 /* No design holds: from points near the best design, and from the best ones of other combinations.
@@ -143,9 +217,7 @@ static void plan_verification(lm_search *search) {
         plan_each(search, LM_TASK_CONFIRM, search->rounded, search->rounded_count, CHECK_CHARGE);
         break;
       case LM_VERIFY_SOLVE:
-        if (search->round == 0) {
-          plan_settle(search);
-        }
+        plan_solver(search);
         break;
       default:
         if (search->round == 0 && search->verified_count == 0) {
@@ -290,8 +362,8 @@ static void gather_members(lm_search *search, const lm_answer *answer) {
 }
 
 static void insert_settled(lm_search *search, const lm_solution *found) {
-  lm_insert_solution(&search->problem, search->verified, &search->verified_count, LM_ARCHIVE_MAX,
-                     found);
+  search->verify_gains += lm_insert_solution(&search->problem, search->verified,
+                                             &search->verified_count, LM_ARCHIVE_MAX, found);
 }
 
 /* Cost of a task of the verification, in plain evaluations. */
@@ -542,6 +614,10 @@ static void foresee_work(const lm_search *search, lm_progress *progress) {
   }
   if (step <= LM_VERIFY_NEIGHBOURS) {
     left += (double)(each + SETTLE_CHECKS * CHECK_CHARGE) * waiting;
+  }
+  if (step <= LM_VERIFY_SOLVE && search->problem.objective_count == 2) {
+    left = fmax(left, FRONT_PART * search->problem.evaluations - search->verify_used - pending +
+                          fmax(search->problem.evaluations - search->used, 0));
   }
   progress->work_done = (double)search->used + search->verify_used + pending;
   progress->work_total = progress->work_done + left;

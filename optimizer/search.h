@@ -19,9 +19,10 @@
  * instead); if no design satisfies all limits, the nearest combinations are repaired; in the end
  * the designs of the front are verified (whole grades, no violation between the angles of the scan
  * and between the tooth phases): all of them with their grades rounded, then a solver continues
- * from the ends and from those that did not hold, with as many evaluations as the search had; if
- * none holds, from their neighbours. Neither repair nor verification is charged against the budget;
- * both are part of the work in lm_progress.
+ * from the ends and from those that did not hold, and with two objectives in rounds from the widest
+ * steps of the verified front, until the verification has cost as much as the search; if none
+ * holds, from their neighbours. Neither repair nor verification is charged against the budget; both
+ * are part of the work in lm_progress.
  *
  * The continuous part is not convex: "dominated" means that a combination lost the race, not that a
  * bound excludes it. Only "pruned" is a proof.

@@ -84,8 +84,11 @@ struct lm_search {
   int verify_cursor;                       /* designs of the step's list that were distributed */
   unsigned char confirmed[LM_ARCHIVE_MAX]; /* 1: of the rounded designs that hold */
   int verify_used;                         /* charged so far for the verification */
-  int has_nearest; /* the following members: the design with the least total relaxation */
-  int nearest;     /* combination */
+  int verify_gains;                        /* designs that the solver added to the verified ones */
+  int steps_part;                          /* designs of one round of the solver */
+  int steps_passed; /* widest steps of the verified front that the solver did not improve */
+  int has_nearest;  /* the following members: the design with the least total relaxation */
+  int nearest;      /* combination */
   double nearest_slack;
   double nearest_violation;
   double nearest_unit[LM_FREE_MAX];

@@ -611,7 +611,7 @@ static void test_a_settling_without_any_whole_grade_answers_its_task(void) {
   int lost = 0;
   int start;
   read_with("choose generator.type discs rollers\n", two_objectives, two_grades);
-  problem.damaged_share = 0.6;
+  problem.damaged_share = 0.7;
   for (start = 0; start < 60; start++) {
     make_task(LM_TASK_VERIFY, 2400);
     task.combination = 1;
