@@ -157,10 +157,22 @@ static void measure(lm_axis *a, lm_axis_source source, float commanded_Nm, int t
   a->input_missing = a->input_missing || !there;
 }
 
+/* While the motor is held, the load does not change with the torque in use: the integrator of the
+ * position loop takes over what is fed forward. */
+static void lag_feed(lm_axis *a, float change_Nm) {
+  if (a->state == LM_AXIS_OPEN) {
+    a->lag_Nm = 0;
+    return;
+  }
+  a->lag_Nm -= a->state == LM_AXIS_PAUSED ? change_Nm : 0;
+  a->lag_Nm -= a->lag_Nm * a->follow.period_s / LM_AXIS_FEED_S;
+}
+
 static float use(lm_axis *a, float torque_Nm) {
   end_offset(a);
   torque_Nm += a->off_Nm;
   if (is_known(torque_Nm)) {
+    lag_feed(a, torque_Nm - a->torque_Nm);
     a->torque_Nm = torque_Nm;
   }
   return torque_Nm;
@@ -306,6 +318,8 @@ float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_r
     a->state = LM_AXIS_PAUSED;
     forget_standstill(a);
   }
+  a->holds = a->holds || (a->state == LM_AXIS_PAUSED &&
+                          (float)a->lost_ticks * a->follow.period_s > a->follow.stand_s);
   a->waits = judge_standstill(a, motor_over_ratio_rad);
   judge_ringing(a);
   if (a->state == LM_AXIS_CLOSED) {
@@ -321,7 +335,9 @@ float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_r
   a->moved_rad = 0;
   a->correction.velocity_rad_s = 0; /* the motor does not follow */
   a->correction.acceleration_rad_s2 = 0;
-  if ((a->holds || (a->state == LM_AXIS_OPEN && !follows)) && is_there(motor_over_ratio_rad)) {
+  a->at_motor =
+      (a->holds || (a->state == LM_AXIS_OPEN && !follows)) && is_there(motor_over_ratio_rad);
+  if (a->at_motor) {
     a->setpoint_rad = motor_over_ratio_rad; /* no position error */
     a->holds = 0;
   }
@@ -347,7 +363,7 @@ float lm_axis_rate(const lm_axis *a, float planned_rad_s) {
 }
 
 float lm_axis_feed(const lm_axis *a) {
-  return a->unfed ? 0 : -a->torque_Nm;
+  return a->unfed ? 0 : -(a->torque_Nm + a->lag_Nm);
 }
 
 int lm_axis_guide(lm_axis *a, float command_rad, const lm_correction *correction) {
@@ -376,6 +392,7 @@ void lm_axis_hold(lm_axis *a) {
   if (a->state == LM_AXIS_OPEN) {
     a->state = LM_AXIS_PAUSED;
     a->holds = 1;
+    a->lag_Nm = -a->torque_Nm; /* the integrator bears the load */
     forget_standstill(a);
   }
 }

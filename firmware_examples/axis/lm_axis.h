@@ -84,7 +84,8 @@ typedef struct lm_axis {
   int guides; /* it moves the axis */
   float guide_rad;
   lm_correction guide;
-  int holds;       /* lm_axis_hold: the next angle of the motor is the setpoint */
+  int holds;    /* lm_axis_hold: the next angle of the motor is the setpoint, as after a lost bus */
+  int at_motor; /* the setpoint is the angle of the motor of this tick */
   int output_loop; /* 1: position loop on an encoder at the output, which is then the motor of this
                       header: only the rates are used. Set it after lm_axis_power_up */
   int alone;       /* the correction moves, the joint does not */
@@ -95,6 +96,7 @@ typedef struct lm_axis {
   float beyond_Nm;       /* what the measurement adds to the torque of the command */
   float off_Nm; /* jump of the torque of the command that the torque in use has still to make */
   float creep_Nm_s;
+  float lag_Nm; /* of the feed-forward behind torque_Nm */
   float believed_Nm;
   float bound_Nm;
   float share; /* of the filter in a tick */
@@ -160,7 +162,9 @@ float lm_axis_feed(const lm_axis *a);
  *
  * follows: of lm_drive: 1 while the drive reports that it follows the setpoint, and the brake has
  * opened. With 0, or motor_over_ratio_rad not finite for more than LM_FOLLOW_LOST_TICKS (lost bus),
- * LM_AXIS_CLOSED becomes LM_AXIS_PAUSED: the setpoint stays at once, also in motion. LM_AXIS_PAUSED
+ * LM_AXIS_CLOSED becomes LM_AXIS_PAUSED: the setpoint stays at once, also in motion. After a
+ * bus that was lost for LM_AXIS_STAND it is the angle of the motor: the drive has stopped there.
+ * LM_AXIS_PAUSED
  * lasts until it is 1 and the angle is there. */
 float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_rad, float wish_rad,
                    int follows);

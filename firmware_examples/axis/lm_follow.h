@@ -104,9 +104,12 @@ static inline int lm_follow_wish(lm_follow *f, float *command_rad, float wish_ra
 static inline float lm_follow_temperature(lm_follow *f, float temperature_C, int closed) {
   const float most_K = LM_FOLLOW_WARMING_K_S * f->period_s;
   const float off_K = temperature_C - f->temperature_C;
+  if (!lm_follow_is_known(temperature_C)) {
+    return f->temperature_C;
+  }
   if (closed && lm_follow_size(off_K) > most_K) {
     f->temperature_C += off_K < 0 ? -most_K : most_K;
-  } else if (lm_follow_is_known(temperature_C)) {
+  } else {
     f->temperature_C = temperature_C;
   }
   return f->temperature_C;

@@ -57,6 +57,10 @@ float cia402_motor(const cia402_axis *c, const cia402_input *in) {
   return in->valid ? cia402_angle(&c->values, motor_at(c, in->position_actual)) : LM_UNKNOWN;
 }
 
+float cia402_latched(const cia402_axis *c, int32_t latch_inc) {
+  return cia402_angle(&c->values, motor_at(c, latch_inc));
+}
+
 /* What the drive adds to the target. A loop on the output corrects the lost motion itself, and in
  * another mode a drive may ignore it. */
 static int32_t find_offset(const cia402_axis *c) {
@@ -170,18 +174,16 @@ cia402_output cia402_cycle(cia402_axis *c, const cia402_input *in, const lm_cond
                            float wish_rad, int32_t run) {
   const lm_drive_report report = read_status(in);
   float setpoint_rad;
-  int follows_motor;
   if (in->valid) {
     c->statusword = in->statusword;
     c->motor_inc = motor_at(c, in->position_actual);
   }
   lm_drive_step(&c->drive, &c->axis, &report, run);
-  follows_motor = c->axis.state < LM_AXIS_PAUSED || c->axis.holds;
   setpoint_rad = lm_axis_tick(&c->axis, at, cia402_motor(c, in), wish_rad, c->drive.follows);
   find_rest(c, c->drive.operated || !in->valid);
   if (c->axis.state == LM_AXIS_CLOSED || c->axis.guides) {
     c->demand_inc = c->values.origin_inc + to_increments(setpoint_rad * c->increments_per_rad);
-  } else if (follows_motor) {
+  } else if (c->axis.at_motor || c->axis.state < LM_AXIS_PAUSED) {
     c->demand_inc = c->motor_inc; /* paused it stays, to the increment */
   }
   c->sent.controlword = controlword(c);

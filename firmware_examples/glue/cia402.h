@@ -119,4 +119,7 @@ cia402_output cia402_cycle(cia402_axis *c, const cia402_input *in, const lm_cond
 float cia402_motor(const cia402_axis *c, const cia402_input *in);
 float cia402_angle(const cia402_drive *values, int32_t motor_inc);
 
+/* The same for a position that the drive has latched in this cycle (0x60BA to 0x60BD). */
+float cia402_latched(const cia402_axis *c, int32_t latch_inc);
+
 #endif
