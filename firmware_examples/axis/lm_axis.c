@@ -87,6 +87,7 @@ lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_axis_
   first.torque_Nm += a->beyond_Nm;
   a->torque_Nm = is_known(first.torque_Nm) ? first.torque_Nm : 0;
   a->follow.temperature_C = at->temperature_C;
+  a->last = *at;
   a->correction = lm_settle_compensator(&a->compensator, &first);
   take_parameters(a, parameters);
   a->follow.step_rad_s = LM_FOLLOW_STEP_RAD_S;
@@ -160,12 +161,13 @@ static void measure(lm_axis *a, lm_axis_source source, float commanded_Nm, int t
 /* While the motor is held, the load does not change with the torque in use: the integrator of the
  * position loop takes over what is fed forward. */
 static void lag_feed(lm_axis *a, float change_Nm) {
+  const float end_Nm = a->unfeeds ? -(a->torque_Nm + change_Nm) : 0;
   if (a->state == LM_AXIS_OPEN) {
-    a->lag_Nm = 0;
+    a->lag_Nm = end_Nm;
     return;
   }
   a->lag_Nm -= a->state == LM_AXIS_PAUSED ? change_Nm : 0;
-  a->lag_Nm -= a->lag_Nm * a->follow.period_s / LM_AXIS_FEED_S;
+  a->lag_Nm += (end_Nm - a->lag_Nm) * a->follow.period_s / LM_AXIS_FEED_S;
 }
 
 static float use(lm_axis *a, float torque_Nm) {
@@ -297,6 +299,28 @@ static void follow_guide(lm_axis *a, int follows) {
   }
 }
 
+/* In LM_AXIS_CLOSED a condition is neither lost nor found: the last value stays; after more than
+ * LM_FOLLOW_LOST_TICKS without it until the axis is paused or open. */
+static void keep_conditions(lm_axis *a, lm_conditions *now) {
+  const int closed = a->state == LM_AXIS_CLOSED;
+  int missing = 0;
+#define MISSES(field, ...) missing = missing || (is_known(a->last.field) && !is_known(now->field));
+#define KEEPS(field, ...)                                                           \
+  if (closed && (a->frozen || !is_known(now->field) || !is_known(a->last.field))) { \
+    now->field = a->last.field;                                                     \
+  }
+#define PASSES(...)
+  LM_CONDITION_LIST(PASSES, MISSES, MISSES, PASSES)
+  a->missing_ticks = missing ? a->missing_ticks + 1 : 0;
+  a->frozen = closed && (a->frozen || a->missing_ticks > LM_FOLLOW_LOST_TICKS);
+  a->condition_waits = a->frozen || missing;
+  LM_CONDITION_LIST(PASSES, KEEPS, KEEPS, PASSES)
+  a->last = *now;
+#undef MISSES
+#undef KEEPS
+#undef PASSES
+}
+
 float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_rad, float wish_rad,
                    int follows) {
   lm_conditions now = *at;
@@ -311,6 +335,7 @@ float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_r
   }
   now.temperature_C =
       lm_follow_temperature(&a->follow, at->temperature_C, a->state == LM_AXIS_CLOSED);
+  keep_conditions(a, &now);
   a->correction = lm_step_compensator(&a->compensator, &now);
   a->lost_ticks = is_there(motor_over_ratio_rad) ? 0 : a->lost_ticks + 1;
   if (a->state == LM_AXIS_CLOSED && !(follows && a->lost_ticks <= LM_FOLLOW_LOST_TICKS &&

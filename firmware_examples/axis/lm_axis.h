@@ -79,6 +79,10 @@ typedef struct lm_axis {
   int begun;          /* first tick */
   int lost_ticks;     /* without an angle of the motor */
   int input_missing;
+  lm_conditions last;  /* used */
+  int condition_waits; /* a condition was lost: the last one is used, until the axis is paused */
+  int missing_ticks;
+  int frozen;
   int guided; /* lm_axis_guide was called since the last tick */
   int unfed;  /* the loop was closed for it */
   int guides; /* it moves the axis */
@@ -96,6 +100,7 @@ typedef struct lm_axis {
   float beyond_Nm;       /* what the measurement adds to the torque of the command */
   float off_Nm; /* jump of the torque of the command that the torque in use has still to make */
   float creep_Nm_s;
+  int unfeeds;  /* lm_drive: the feed-forward ends, before another mode */
   float lag_Nm; /* of the feed-forward behind torque_Nm */
   float believed_Nm;
   float bound_Nm;

@@ -8,6 +8,7 @@ static int take_report(lm_drive *d, lm_axis *a, const lm_drive_report *report) {
   d->last = report->lost ? d->last : *report;
   left = d->operated && !d->last.enabled;
   d->operated = d->last.enabled && !d->last.fault;
+  d->ending = d->ending && d->operated;
   if (d->last.fault || left || (d->operated ? d->last.other_mode : d->last.preparing)) {
     lm_axis_open(a);
   }
@@ -26,9 +27,12 @@ static int judge_command(lm_drive *d, const lm_axis *a, int tripped, int run) {
 }
 
 static lm_axis_wait start(lm_drive *d, lm_axis *a) {
+  if (d->ending) { /* it may have moved away from the setpoint */
+    return LM_AXIS_WAITS_DRIVE;
+  }
   d->stopped_s = 0;
   if (a->state == LM_AXIS_OPEN) {
-    if (d->last.other_mode || (d->last.preparing && !d->operated)) {
+    if (d->last.other_mode || ((d->last.preparing || d->leave) && !d->operated)) {
       d->enable = d->enable && d->operated;
       return LM_AXIS_WAITS_DRIVE;
     }
@@ -51,9 +55,20 @@ static void stop(lm_drive *d, lm_axis *a, int at_once, float period_s) {
   if (at_once || d->own_brake || d->stopped_s >= d->closing_s) {
     d->enable = 0;
   }
+  d->ending = d->own_brake && d->operated && !d->enable;
   if (!d->enable && !(d->own_brake && (d->operated || d->stopped_s < LM_FOLLOW_REST_S))) {
     lm_axis_open(a);
   }
+}
+
+/* Another mode may ignore the torque that is fed forward, or the position loop of the drive. */
+static void leave(lm_drive *d, lm_axis *a) {
+  const int rests = a->state != LM_AXIS_CLOSED || a->follow.rested_s >= LM_FOLLOW_REST_S;
+  const float fed_Nm = lm_axis_feed(a);
+  a->unfeeds = d->leave && rests;
+  d->may_leave =
+      a->unfeeds && a->state != LM_AXIS_CLOSED &&
+      (a->state < LM_AXIS_PAUSED || lm_follow_size(fed_Nm) <= a->creep_Nm_s * LM_AXIS_FEED_S);
 }
 
 void lm_drive_step(lm_drive *d, lm_axis *a, const lm_drive_report *report, int run) {
@@ -70,8 +85,9 @@ void lm_drive_step(lm_drive *d, lm_axis *a, const lm_drive_report *report, int r
     stop(d, a, tripped, period_s);
   }
   d->released_s = d->release ? d->released_s + period_s : 0;
-  d->follows =
-      d->release && !d->standstill && a->state >= LM_AXIS_PAUSED && d->released_s >= d->opening_s;
+  leave(d, a);
+  d->follows = !a->unfeeds && d->release && !d->standstill && a->state >= LM_AXIS_PAUSED &&
+               d->released_s >= d->opening_s;
 }
 
 static int is_off(const lm_drive *d) {
@@ -81,14 +97,14 @@ static int is_off(const lm_drive *d) {
 lm_status lm_drive_power_up(const lm_drive *d, lm_axis *a, const lm_parameters *parameters,
                             lm_axis_kept *kept, const lm_conditions *at, float motor_over_ratio_rad,
                             float zero_rad, lm_fault *fault) {
-  if (is_off(d)) {
+  if (is_off(d) && (d->own_brake || d->closing_s > 0)) {
     return lm_axis_power_up(a, parameters, kept, at, motor_over_ratio_rad, zero_rad, fault);
   }
   if (fault) {
     memset(fault, 0, sizeof *fault);
     fault->status = LM_INCONSISTENT;
-    fault->input = "enable";
-    fault->found = 1;
+    fault->input = is_off(d) ? "closing_s" : "enable";
+    fault->found = is_off(d) ? d->closing_s : 1;
   }
   return LM_INCONSISTENT;
 }

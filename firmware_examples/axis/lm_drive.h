@@ -33,6 +33,8 @@ typedef struct lm_drive {
   float opening_s;   /* of the brake, from the command, or from the report that it is enabled */
   float closing_s;   /* of the brake, until it bears the load; own_brake: not used */
   int standstill;    /* monitored, with the brake open: the setpoint stays; set it at rest */
+  int leave;         /* another mode is wanted: the axis pauses at rest, the feed-forward ends */
+  int may_leave;     /* it may be requested */
   int enable;        /* to the drive: position loop at the setpoint */
   int release;       /* to the brake; own_brake: the drive has been told so by `enable` */
   int follows;       /* for lm_axis_tick and lm_axis_use_current */
@@ -40,6 +42,7 @@ typedef struct lm_drive {
   lm_drive_report last;
   int armed;    /* run has been 0 since the power-up, a trip, an expired command */
   int operated; /* enabled, without a fault */
+  int ending;   /* disabled, and has not left its operation yet */
   float enabling_s;
   float released_s;
   float stopped_s;
@@ -53,7 +56,8 @@ typedef struct lm_drive {
 void lm_drive_step(lm_drive *d, lm_axis *a, const lm_drive_report *report, int run);
 
 /* Before the first step, the brake on: lm_axis_power_up, and refused while the drive is enabled or
- * the brake released: LM_INCONSISTENT ("enable"); then nothing has changed. */
+ * the brake released, or without the closing time of a brake of the host: LM_INCONSISTENT ("enable",
+ * "closing_s"); then nothing has changed. */
 lm_status lm_drive_power_up(const lm_drive *d, lm_axis *a, const lm_parameters *parameters,
                             lm_axis_kept *kept, const lm_conditions *at, float motor_over_ratio_rad,
                             float zero_rad, lm_fault *fault);

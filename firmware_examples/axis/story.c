@@ -519,7 +519,7 @@ static int lose_thermometer(joint *j) {
   }
   for (k = 0; k < 4000; ++k) {
     before_C = j->drive.follow.temperature_C;
-    at.temperature_C = k < 2000 ? not_a_number() : 45;
+    at.temperature_C = k < 1000 ? not_a_number() : k < 2000 ? LM_UNKNOWN : 45;
     (void)lm_axis_tick(&j->drive, &at, j->motor_rad, j->wish_rad, 1);
     if (!(size(j->drive.follow.temperature_C - before_C) <=
           1.01f * LM_FOLLOW_WARMING_K_S * PERIOD_S)) {
@@ -527,6 +527,47 @@ static int lose_thermometer(joint *j) {
     }
   }
   return j->drive.state != LM_AXIS_CLOSED || size(before_C - 20.1f) > 0.01f;
+}
+
+/* A condition that is lost and returns with another value, and a torque in use that changes while
+ * the motor is held: the axis is still, and what is fed forward changes slowly. */
+static int lose_condition(joint *j) {
+  lm_conditions at = conditions(LOAD_NM);
+  float fed_Nm;
+  int k;
+  if (lm_axis_pause(&j->drive)) {
+    return 1;
+  }
+  at.tilt_moment_Nm = 3;
+  (void)lm_axis_tick(&j->drive, &at, j->motor_rad, j->wish_rad, 1);
+  j->drive.last.tilt_moment_Nm = 3;
+  j->drive.state = LM_AXIS_CLOSED;
+  for (k = 0; k < 40; ++k) {
+    at.tilt_moment_Nm = k < 20 ? LM_UNKNOWN : 5;
+    (void)lm_axis_tick(&j->drive, &at, j->motor_rad, j->wish_rad, 1);
+    if (size(j->drive.last.tilt_moment_Nm - 3) > 0 || !j->drive.condition_waits) {
+      return 1;
+    }
+  }
+  if (lm_axis_pause(&j->drive)) {
+    return 1;
+  }
+  (void)lm_axis_tick(&j->drive, &at, j->motor_rad, j->wish_rad, 1);
+  if (size(j->drive.last.tilt_moment_Nm - 5) > 0 || j->drive.condition_waits) {
+    return 1;
+  }
+  (void)lm_axis_use_command(&j->drive, LOAD_NM);
+  for (k = 0; k < STAND_TICKS; ++k) {
+    fed_Nm = lm_axis_feed(&j->drive);
+    (void)lm_axis_use_command(&j->drive, 2 * LOAD_NM);
+    if (size(lm_axis_feed(&j->drive) - fed_Nm) > 1.1f * size(LOAD_NM) * PERIOD_S) {
+      return 1;
+    }
+  }
+  for (k = 0; k < FEED_TICKS; ++k) {
+    (void)lm_axis_use_command(&j->drive, LOAD_NM);
+  }
+  return join(j) > STILL_RAD;
 }
 
 /* An incremental encoder with another origin after each power-up: the index of the motor gives the
@@ -839,6 +880,9 @@ int axis_story(float *most_rad) {
   }
   if (lose_thermometer(&j)) {
     return 28;
+  }
+  if (lose_condition(&j)) {
+    return 30;
   }
   if (find_index(&j)) {
     return 29;

@@ -40,9 +40,11 @@ static float period_of(const cia402_drive *values) {
   return period_s;
 }
 
-/* In integers: a float would lose the last digits in a long motion. */
+/* Other modes have no offset. In integers: a float would lose the last digits in a long motion. */
 static int32_t motor_at(const cia402_axis *c, int32_t position_actual) {
-  return c->values.reports_offset ? position_actual : position_actual + c->sent.position_offset;
+  return c->values.reports_offset || c->mode_seen != CIA402_CSP
+             ? position_actual
+             : position_actual + c->sent.position_offset;
 }
 
 static float increments_of(const cia402_drive *values) {
@@ -61,10 +63,9 @@ float cia402_latched(const cia402_axis *c, int32_t latch_inc) {
   return cia402_angle(&c->values, motor_at(c, latch_inc));
 }
 
-/* What the drive adds to the target. A loop on the output corrects the lost motion itself, and in
- * another mode a drive may ignore it. */
+/* What the drive adds to the target. A loop on the output corrects the lost motion itself. */
 static int32_t find_offset(const cia402_axis *c) {
-  return c->values.output_loop || (c->drive.operated && c->axis.state < LM_AXIS_PAUSED)
+  return c->values.output_loop
              ? 0
              : to_increments(c->axis.correction.correction_rad * c->increments_per_rad);
 }
@@ -159,12 +160,14 @@ static uint16_t controlword(const cia402_axis *c) {
   }
 }
 
-static lm_drive_report read_status(const cia402_input *in) {
+static lm_drive_report read_status(cia402_axis *c, const cia402_input *in) {
   const uint16_t state = in->statusword & CIA402_STATE_MASK;
   lm_drive_report report = {0, 0, 0, 0, 0};
   report.lost = !in->valid;
   report.enabled = state == CIA402_OPERATION_ENABLED;
-  report.other_mode = in->mode != CIA402_CSP;
+  c->followed = report.enabled && (c->followed || (in->statusword & CIA402_FOLLOWS));
+  report.other_mode = in->mode != CIA402_CSP || (!c->values.ignores_bit12 && c->followed &&
+                                                 !(in->statusword & CIA402_FOLLOWS));
   report.fault = (in->statusword & CIA402_FAULT_MASK) != 0;
   report.preparing = state != CIA402_SWITCHED_ON;
   return report;
@@ -172,12 +175,14 @@ static lm_drive_report read_status(const cia402_input *in) {
 
 cia402_output cia402_cycle(cia402_axis *c, const cia402_input *in, const lm_conditions *at,
                            float wish_rad, int32_t run) {
-  const lm_drive_report report = read_status(in);
+  const lm_drive_report report = read_status(c, in);
   float setpoint_rad;
   if (in->valid) {
     c->statusword = in->statusword;
+    c->mode_seen = in->mode;
     c->motor_inc = motor_at(c, in->position_actual);
   }
+  c->drive.leave = c->mode != 0 && c->mode != CIA402_CSP;
   lm_drive_step(&c->drive, &c->axis, &report, run);
   setpoint_rad = lm_axis_tick(&c->axis, at, cia402_motor(c, in), wish_rad, c->drive.follows);
   find_rest(c, c->drive.operated || !in->valid);
@@ -186,6 +191,7 @@ cia402_output cia402_cycle(cia402_axis *c, const cia402_input *in, const lm_cond
   } else if (c->axis.at_motor || c->axis.state < LM_AXIS_PAUSED) {
     c->demand_inc = c->motor_inc; /* paused it stays, to the increment */
   }
+  c->sent.mode = c->drive.may_leave ? c->mode : CIA402_CSP;
   c->sent.controlword = controlword(c);
   c->sent.position_offset = find_offset(c);
   c->sent.target_position = c->demand_inc - c->sent.position_offset;

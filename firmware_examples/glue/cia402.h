@@ -20,8 +20,10 @@
  * same delay as its target. 0x60C2 is the sync period, which must equal the period of the
  * parameters.
  *
- * Mode: 0x6060 = 8 (CSP) before the drive is enabled. In another mode the target follows the motor;
- * back in CSP the motor is held until the correction stands. */
+ * Mode: the host sets `mode` of cia402_axis. 0x6060 changes once the axis is paused and the torque
+ * offset has ended. In the other mode the target follows the motor (from its display 0x6061 on;
+ * until then overwrite out.target_position only while out.mode is the other mode); back in CSP the
+ * motor is held until the correction stands. */
 #ifndef CIA402_H
 #define CIA402_H
 
@@ -37,7 +39,8 @@
 #define CIA402_FAULT 0x08u
 #define CIA402_FAULT_MASK 0x08u /* set in FAULT and while the drive reacts to one */
 
-#define CIA402_CSP 8 /* 0x6061 */
+#define CIA402_CSP 8           /* 0x6061 */
+#define CIA402_FOLLOWS 0x1000u /* bit 12 in CSP */
 
 /* 0x6040 */
 #define CIA402_SHUTDOWN 0x06u
@@ -65,6 +68,7 @@ typedef struct cia402_drive {
   int32_t origin_inc; /* fixed origin within 5 turns of the output of every position, for an encoder
                           that counts further: a float would not resolve its increments. Store it
                           with the zero; otherwise 0 */
+  int32_t ignores_bit12; /* 1: the drive does not report in bit 12 of 0x6041 that it follows */
 } cia402_drive;
 
 /* Process data of one cycle. */
@@ -73,6 +77,7 @@ typedef struct cia402_output {
   int32_t target_position;
   int32_t position_offset;
   int32_t velocity_offset;
+  int8_t mode;           /* 0x6060 */
   int16_t torque_offset; /* 0.1 % of the rated torque */
 } cia402_output;
 
@@ -87,7 +92,10 @@ typedef struct cia402_axis {
   lm_axis axis; /* for the functions of lm_axis.h */
   lm_drive drive;
   cia402_drive values;
+  int8_t mode; /* 0x6060 that the host wants instead of CSP; 0: CSP. Change it at rest */
   float increments_per_rad; /* of the output, signed */
+  int32_t followed;         /* bit 12 was set since it is enabled */
+  int32_t mode_seen;        /* last 0x6061 */
   int32_t demand_inc;       /* of the motor: target and offset */
   int32_t motor_inc;        /* last position */
   uint16_t statusword;

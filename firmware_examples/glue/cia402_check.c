@@ -79,7 +79,7 @@ static float reference(cia402_axis *cia, const cia402_input *in, float angle_rad
 
 static cia402_input read_drive(const cell *c) {
   cia402_input in;
-  in.statusword = c->drive.status;
+  in.statusword = (uint16_t)(c->drive.status | CIA402_FOLLOWS);
   in.position_actual = c->drive.motor;
   in.valid = 1;
   in.mode = c->drive.mode;
@@ -373,6 +373,53 @@ static int check_thermometer(cell *c) {
   return before_C > 20.05f && is_closed(c) ? 0 : 44;
 }
 
+/* A drive that does not follow although it is enabled (bit 12), in motion, while the planner continues:
+ * no jump. Another mode is requested once no torque is fed forward, which then begins slowly. */
+static int check_bit12(cell *c, float *wish_rad) {
+  const float rate_rad = 5e-4f;
+  lm_conditions at = LM_CONDITIONS_UNKNOWN;
+  cia402_output out = c->cia.sent;
+  int k;
+  at.torque_Nm = LOAD_NM;
+  *wish_rad = c->cia.axis.command_rad;
+  cycles(c, STAND_CYCLES, LOAD_NM, wish_rad, 0, 1);
+  cycles(c, 100, LOAD_NM, wish_rad, rate_rad, 1);
+  c->largest_rad = 0;
+  for (k = 0; k < 200; ++k) {
+    cia402_input in = read_drive(c);
+    in.statusword &= (uint16_t)~CIA402_FOLLOWS;
+    *wish_rad += rate_rad;
+    (void)cia402_cycle(&c->cia, &in, &at, *wish_rad, 1);
+  }
+  cycles(c, 20, LOAD_NM, wish_rad, rate_rad, 1);
+  if (c->largest_rad > 1.1f * rate_rad || is_closed(c)) {
+    return 46;
+  }
+  *wish_rad = c->cia.axis.command_rad;
+  cycles(c, 10 * STAND_CYCLES, LOAD_NM, wish_rad, 0, 1);
+  c->drive.apart_inc = 0;
+  c->cia.mode = 1;
+  for (k = 0; k < 20 * STAND_CYCLES; ++k) {
+    const cia402_input in = read_drive(c);
+    const int16_t before = c->cia.sent.torque_offset;
+    if (k == 15 * STAND_CYCLES) {
+      c->cia.mode = 0;
+    }
+    at.torque_Nm = lm_axis_use_command(&c->cia.axis, LOAD_NM);
+    out = cia402_cycle(&c->cia, &in, &at, c->cia.axis.command_rad, 1);
+    if (out.torque_offset > before + 1 || out.torque_offset < before - 1 ||
+        (out.mode == 1 && out.torque_offset > 2) || (k == 14 * STAND_CYCLES && out.mode != 1)) {
+      return 47;
+    }
+    c->drive.mode = out.mode;
+    run_drive(&c->drive, &out);
+  }
+  cycles(c, 12 * STAND_CYCLES, LOAD_NM, wish_rad, 0, 1);
+  *wish_rad = c->cia.axis.command_rad;
+  cycles(c, STAND_CYCLES, LOAD_NM, wish_rad, 0, 1);
+  return is_closed(c) ? 0 : 48;
+}
+
 /* The planner begins within LM_FOLLOW_NEAR_RAD of the command, and only after the brake has opened:
  * no step. */
 static int check_begin(cell *c, float *wish_rad) {
@@ -482,7 +529,7 @@ static int check_ringing(cell *c, float *wish_rad) {
 
 /* A loop on the output: enabled with the first torque, only the rate of the correction is sent. */
 static int check_output_loop(cell *c, lm_conditions *at) {
-  static const cia402_drive drive = {INCREMENTS, 1, 50, -5, 1, 1, 0, 0, 0, 0};
+  static const cia402_drive drive = {INCREMENTS, 1, 50, -5, 1, 1, 0, 0, 0, 0, 0};
   cia402_input in = {CIA402_SWITCH_ON_DISABLED, 123456, 1, CIA402_CSP};
   cia402_output out;
   lm_fault fault;
@@ -546,9 +593,11 @@ static int check_output_loop(cell *c, lm_conditions *at) {
 
 int check_cia402(void) {
   static cell c;
-  static const cia402_drive wrong_period = {INCREMENTS, RATIO, 1, -3, 1, 0, 0, 0, 0, 0};
-  static const cia402_drive near = {INCREMENTS, RATIO, 50, -5, 1, 0, 0, 0, 0, 0}; /* 50 * 10 us */
-  static const cia402_drive drive = {INCREMENTS, RATIO, 50, -5, 1, 0, 0, 0.05f, RATED_NM, ORIGIN};
+  static const cia402_drive wrong_period = {INCREMENTS, RATIO, 1, -3, 1, 0, 0, 0, 0, 0, 0};
+  static const cia402_drive near = {INCREMENTS, RATIO, 50, -5, 1, 0,
+                                    0,          0,     0,  0,  0}; /* 50 * 10 us */
+  static const cia402_drive drive = {INCREMENTS, RATIO, 50,       -5,     1, 0,
+                                     0,          0.05f, RATED_NM, ORIGIN, 0};
   lm_conditions at = LM_CONDITIONS_UNKNOWN;
   lm_fault fault;
   lm_axis_kept kept;
@@ -624,6 +673,7 @@ int check_cia402(void) {
   k = k ? k : check_trip(&c, &wish_rad);
   k = k ? k : check_bus(&c, &wish_rad);
   k = k ? k : check_steps(&c, &wish_rad);
+  k = k ? k : check_bit12(&c, &wish_rad);
   k = k ? k : check_thermometer(&c);
   k = k ? k : check_begin(&c, &wish_rad);
   k = k ? k : check_safe_torque_off(&c, &wish_rad);

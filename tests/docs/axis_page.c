@@ -20,10 +20,12 @@
   (KIND == 0 ? 2e-4f : 1.5e-5f)               /* 3 arcsec; what friction hides of a load of 4 N m */
 #define JUMP_RAD 5e-5f                        /* from tick to tick, beyond the plan */
 #define MODEL_RAD (KIND == 0 ? 3e-4f : 1e-4f) /* friction hides a part of the load from a current */
+#define RAMP_RAD 1e-4f                        /* a tick, of a drive that stops by itself */
 #define RATE_RAD_S 0.6f
 
 extern void tick(void);
 extern int power_down(void);
+extern void set_homed(int on);
 extern float home(float latched_rad, float angle_rad);
 extern commissioning_finding commission(void);
 
@@ -37,7 +39,7 @@ static int on, tripped, ordered, release_ordered;
 static lm_memory gear;
 
 static unsigned drawn = 1;
-static int lost, quits;
+static int lost, quits, halted;
 
 static unsigned draw(unsigned below) {
   drawn = drawn * 1664525u + 1013904223u;
@@ -53,7 +55,7 @@ static float cosine(float x) { /* of a small angle */
 }
 
 float gravity_Nm(float angle_rad) {
-  return homed ? WEIGHT_NM * cosine(angle_rad) : 0;
+  return homed ? WEIGHT_NM * cosine(angle_rad) : stored.gravity_Nm;
 }
 
 float elapsed_s(void) {
@@ -70,6 +72,10 @@ plan planner_tick(void) {
   const float stop_rad =
       planned.velocity * planned.velocity / 4 + size(planned.velocity) * PERIOD_S;
   float wanted = go_rad > 0 ? RATE_RAD_S : -RATE_RAD_S;
+  if (halted) {
+    halted = 0;
+    return planned;
+  }
   if (size(go_rad) <= stop_rad) {
     wanted = 0;
   }
@@ -95,6 +101,16 @@ void planner_restart(float command_rad) {
   planned.velocity = 0;
   planned.acceleration = 0;
   target_rad = command_rad;
+}
+
+void planner_halt(void) {
+  const float step_rad_s = 2 * PERIOD_S;
+  planned.velocity = planned.velocity > step_rad_s    ? planned.velocity - step_rad_s
+                     : planned.velocity < -step_rad_s ? planned.velocity + step_rad_s
+                                                      : 0;
+  planned.position += planned.velocity * PERIOD_S;
+  target_rad = planned.position;
+  halted = 1;
 }
 
 void planner_shift(float by_rad) {
@@ -232,7 +248,9 @@ static void move(void) {
   on = on && !tripped;
   released_s = release_ordered && (KIND == 0 || (on && ordered)) ? released_s + PERIOD_S : 0;
   braked_s = released_s > OPENS_S ? 0 : braked_s + PERIOD_S;
-  if (braked_s < CLOSES_S && on) {
+  if (braked_s < CLOSES_S && on && d->own_stop && !ordered && KIND == 1) {
+    motor_over_ratio_rad += RAMP_RAD; /* by itself */
+  } else if (braked_s < CLOSES_S && on) {
     const float yields_rad = (load_Nm + feed_Nm) / STIFFNESS;
     motor_over_ratio_rad += LAG * (setpoint_rad + yields_rad - motor_over_ratio_rad);
   } else if (braked_s < CLOSES_S) {
@@ -429,8 +447,7 @@ static void disturb(void) {
       (void)lm_axis_set_mode(a, draw(2) ? LM_MODE_RUN : LM_MODE_RESET);
       break;
     case 6:
-      lm_axis_payload(a);
-      homed = !homed;
+      set_homed(!homed);
       break;
     case 7:
       (void)commission();
@@ -439,6 +456,26 @@ static void disturb(void) {
       target_rad = (float)draw(1000) * 1e-3f - 0.5f;
       run = 1;
   }
+}
+
+/* A drive that stops with its own ramp, and a command that returns meanwhile: no way back. */
+static int stop_itself(void) {
+  int k;
+  d->own_stop = 1;
+  target_rad = planned.position + 0.3f;
+  (void)seconds(0.3f);
+  run = 0;
+  ticks(60);
+  run = 1;
+  for (k = 0; k < 8000; ++k) {
+    const float before_rad = motor_over_ratio_rad;
+    ticks(1);
+    if (on && ordered && size(motor_over_ratio_rad - before_rad) > JUMP_RAD) {
+      return 21;
+    }
+  }
+  d->own_stop = 0;
+  return a->state != LM_AXIS_CLOSED ? 22 : 0;
 }
 
 static int wander(void) {
@@ -495,5 +532,6 @@ int main(void) {
   failed = failed ? failed : stop();
   failed = failed ? failed : commission_it();
   failed = failed ? failed : restart();
+  failed = failed || KIND != 1 ? failed : stop_itself();
   return failed ? failed : wander();
 }
