@@ -48,7 +48,7 @@ LEFTOVER_SHARE = 0.12
 """The residual of a named effect due to its inexact form counts as missing above this share of its
 size.
 
-Chosen: on campaigns of tests/rig. Without it one of 12 campaigns of tests/rig/laboratory.py with an
+Chosen: on campaigns of tests/rig. Without it one of 11 campaigns of tests/rig/laboratory.py with an
 effect of two noises names another effect beside the right one, and one reports a form error.
 """
 
