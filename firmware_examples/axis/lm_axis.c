@@ -45,6 +45,7 @@ static void take_parameters(lm_axis *a, const lm_parameters *parameters) {
   a->follow.period_s = parameters->limits.period_s;
   a->follow.stand_s = LM_AXIS_STAND / parameters->limits.response_per_s;
   a->share = FILTER * parameters->limits.response_per_s * a->follow.period_s;
+  a->step_Nm = parameters->torque_limit_Nm * LM_AXIS_FAST_RAD_S * a->follow.period_s;
   a->creep_Nm_s = parameters->torque_limit_Nm / LM_AXIS_CREEP_S;
   a->rang = 0;
 }
@@ -178,6 +179,18 @@ static float use(lm_axis *a, float torque_Nm) {
     a->torque_Nm = torque_Nm;
   }
   return torque_Nm;
+}
+
+float lm_axis_gravity(lm_axis *a, float gravity_Nm) {
+  if (!is_known(gravity_Nm)) {
+    return gravity_Nm;
+  }
+  if (a->weighed && a->command_jumps == 0 && size(gravity_Nm - a->gravity_Nm) > a->step_Nm) {
+    lm_axis_payload(a);
+  }
+  a->weighed = 1;
+  a->gravity_Nm = gravity_Nm;
+  return gravity_Nm;
 }
 
 float lm_axis_use_command(lm_axis *a, float commanded_Nm) {

@@ -34,6 +34,9 @@
  * creeps by a few arcsec a second at most. */
 #define LM_AXIS_CREEP_S 1000.0f
 
+/* An axis is slower: a greater change of gravity in a tick, at the torque limit, is a payload. */
+#define LM_AXIS_FAST_RAD_S 10.0f
+
 typedef enum lm_axis_state {
   LM_AXIS_OFF = 0, /* not started */
   LM_AXIS_OPEN,    /* position loop open, brake on: the setpoint is the measured angle */
@@ -100,8 +103,11 @@ typedef struct lm_axis {
   float beyond_Nm;       /* what the measurement adds to the torque of the command */
   float off_Nm; /* jump of the torque of the command that the torque in use has still to make */
   float creep_Nm_s;
-  int unfeeds;  /* lm_drive: the feed-forward ends, before another mode */
-  float lag_Nm; /* of the feed-forward behind torque_Nm */
+  int weighed; /* lm_axis_gravity was called */
+  float gravity_Nm;
+  float step_Nm; /* of gravity, that no motion makes */
+  int unfeeds;   /* lm_drive: the feed-forward ends, before another mode */
+  float lag_Nm;  /* of the feed-forward behind torque_Nm */
   float believed_Nm;
   float bound_Nm;
   float share; /* of the filter in a tick */
@@ -149,6 +155,10 @@ float lm_axis_use_sensor(lm_axis *a, float commanded_Nm, float sensed_Nm);
  * difference. A current or a velocity that is not finite: as a lost sensor. */
 float lm_axis_use_current(lm_axis *a, const lm_motor *motor, float commanded_Nm, float current_A,
                           float motor_rad_s, float acceleration_rad_s2, int follows);
+
+/* Gravity for the torque of the command, in every tick. A step that no motion makes (payload, zero,
+ * another axis that is homed) counts as lm_axis_payload. Returns gravity_Nm. */
+float lm_axis_gravity(lm_axis *a, float gravity_Nm);
 
 /* Velocity feed-forward, of the output: the planner's velocity plus the rate of the correction in
  * LM_AXIS_CLOSED, otherwise 0. A velocity that is not finite is replaced by that of the command. */

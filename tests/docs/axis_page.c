@@ -20,12 +20,12 @@
   (KIND == 0 ? 2e-4f : 1.5e-5f)               /* 3 arcsec; what friction hides of a load of 4 N m */
 #define JUMP_RAD 5e-5f                        /* from tick to tick, beyond the plan */
 #define MODEL_RAD (KIND == 0 ? 3e-4f : 1e-4f) /* friction hides a part of the load from a current */
-#define RAMP_RAD 1e-4f                        /* a tick, of a drive that stops by itself */
+#define ACCELERATES_NM 1.6f
+#define RAMP_RAD 1e-4f /* a tick, of a drive that stops by itself */
 #define RATE_RAD_S 0.6f
 
 extern void tick(void);
 extern int power_down(void);
-extern void set_homed(int on);
 extern float home(float latched_rad, float angle_rad);
 extern commissioning_finding commission(void);
 
@@ -447,7 +447,7 @@ static void disturb(void) {
       (void)lm_axis_set_mode(a, draw(2) ? LM_MODE_RUN : LM_MODE_RESET);
       break;
     case 6:
-      set_homed(!homed);
+      homed = !homed;
       break;
     case 7:
       (void)commission();
@@ -481,10 +481,12 @@ static int stop_itself(void) {
 static int wander(void) {
   float before_rad = setpoint_rad;
   float held_s = 0;
+  float torque_Nm = a->torque_Nm;
   int moved_before = 0;
   int was_on = on;
   int reported = on;
   int k;
+  stored.gravity_Nm = 0; /* not that of the axis */
   for (k = 0; k < 400000; ++k) {
     int moves;
     int left;
@@ -504,6 +506,10 @@ static int wander(void) {
     if (left && a->state >= LM_AXIS_PAUSED) {
       return 18;
     }
+    if (size(a->torque_Nm - torque_Nm) > 4 * ACCELERATES_NM && a->state >= LM_AXIS_PAUSED) {
+      return 23; /* gravity alone steps by more */
+    }
+    torque_Nm = a->torque_Nm;
     moves = on && ordered && !tripped && braked_s < CLOSES_S;
     if (moves && moved_before &&
         size(setpoint_rad - before_rad) >
