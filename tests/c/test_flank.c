@@ -647,6 +647,48 @@ static void refuse_space(lm_status status, const char *input) {
   REFUSED(status, input, lm_tabulate_rigid_points(&points, &geometry, 0, 0, &made, fault_or_null));
 }
 
+/* The least angle between the points of an arc's flank and an involute space. */
+static void an_arc_in_an_involute_space_has_the_clearance_of_its_points(void) {
+  int i;
+  start_arcs();
+  drive.teeth.rigid_flank = LM_FLANK_INVOLUTE;
+  make_mesh();
+  for (i = 2; i < 30; i += 3) {
+    const lm_real angle = LM_REAL(i) * DEGREE;
+    const lm_placement place = lm_place_tooth(&mesh.line, angle);
+    const double lead = (double)(place.lead_rad + angle * mesh.geometry.lead_per_angle);
+    double least = HUGE_VAL;
+    int k;
+    for (k = 0; k <= 4000; k++) {
+      const lm_flank_foot foot = lm_evaluate_flank(&mesh.flank, height_of(&mesh.flank, k, 4000));
+      const double along = (double)(place.radius_mm + foot.along_mm * place.tilt_cos -
+                                    foot.across_mm * place.tilt_sin);
+      const double across =
+          (double)(foot.along_mm * place.tilt_sin + foot.across_mm * place.tilt_cos);
+      const lm_real radius = LM_REAL(hypot(along, across));
+      if (radius >= mesh.polar_low_mm) {
+        const double half = (double)lm_rigid_flank_at(&mesh, radius).half_angle_rad;
+        least = fmin(least, half - atan2(across, along) - lead);
+      }
+    }
+    ASSERT_NEAR(BOUND(5e-3, 5e-2) * (double)ARCMIN, least,
+                lm_tooth_clearance(&mesh, angle).forward.gap_rad);
+  }
+}
+
+static void all_sections_have_the_flank_of_the_middle(void) {
+  static lm_mesh face[3];
+  start_arcs();
+  drive.flexspline.length_mm = LM_REAL(50);
+  drive.teeth.face_width_mm = LM_REAL(10);
+  ACCEPTED(lm_make_face(&drive, 3, LM_NEUTRAL_LINE_NODES, face, &fault));
+  TEST_ASSERT_TRUE(face[0].line.deflection_mm < face[2].line.deflection_mm);
+  ASSERT_NEAR(0, face[1].conjugate.half_angle_rad[9], face[0].conjugate.half_angle_rad[9]);
+  ASSERT_NEAR(0, face[1].conjugate.half_angle_rad[9], face[2].conjugate.half_angle_rad[9]);
+  REFUSED(LM_NULL, "drive", lm_make_face(0, 3, LM_NEUTRAL_LINE_NODES, face, fault_or_null));
+  REFUSED(LM_NULL, "meshes", lm_make_face(&drive, 3, LM_NEUTRAL_LINE_NODES, 0, fault_or_null));
+}
+
 static void spaces_that_make_no_mesh_are_refused(void) {
   lm_conjugate made;
   int i;
@@ -698,6 +740,8 @@ int main(void) {
   RUN_TEST(a_tip_at_the_end_of_the_flank_has_the_clearance_of_its_neighbours);
   RUN_TEST(far_pairs_have_lower_bounds);
   RUN_TEST(points_of_a_space_have_its_clearances);
+  RUN_TEST(an_arc_in_an_involute_space_has_the_clearance_of_its_points);
+  RUN_TEST(all_sections_have_the_flank_of_the_middle);
   RUN_TEST(spaces_that_make_no_mesh_are_refused);
   return UNITY_END();
 }
