@@ -106,7 +106,7 @@ def test_reml_reaches_the_same_end_from_any_start(start, scatter):
         contest = Contest(evidence)
         likelihood = RestrictedLikelihood(evidence, evidence.index())
         for uneven in ((1.0, 1.0), (1.0, 1e-9), (1e-9, 1.0)):
-            _, reached = likelihood.lowest(start * np.array(uneven))
+            reached = likelihood.lowest(start * np.array(uneven)).value
             assert reached == pytest.approx(contest.null_objective, abs=0.1)
 
 

@@ -67,10 +67,10 @@ def test_a_variance_of_nothing_holds_up_no_other(seed: int) -> None:
     starts = np.arange(0, RUNS * ROWS + 1, ROWS)
     evidence = gather(columns, np.zeros(3), columns, (), response, noise, starts)
     likelihood = RestrictedLikelihood(evidence, evidence.index())
-    far, _ = likelihood.lowest(np.full(3, 1e-2))
-    near, value = likelihood.lowest(np.array([1.1 * far[0], 0.9 * far[1], 3e-3]))
-    assert np.max(np.abs(likelihood(np.log(near))[1][:2])) < 2 * SLOPE_LEAST
-    assert value <= likelihood(np.log(far))[0] + SLOPE_LEAST
+    far = likelihood.lowest(np.full(3, 1e-2))
+    near = likelihood.lowest(np.array([1.1 * far.omega[0], 0.9 * far.omega[1], 3e-3]))
+    assert np.max(np.abs(near.slope[:2])) < 2 * SLOPE_LEAST
+    assert near.value <= far.value + SLOPE_LEAST
 
 
 def test_innovations_of_all_runs_are_those_of_each() -> None:

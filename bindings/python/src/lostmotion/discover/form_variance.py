@@ -135,14 +135,15 @@ def estimate_form_error(
     own, names = bare.blocks[FORM], [name for name, _ in blocks]
     scale, index = bare.scale[own], bare.index(*names)
     omega = np.full(bare.scatter.size, FIRST_OMEGA)
-    omega, without = RestrictedLikelihood(bare, bare.index(*names[:-1])).lowest(omega)
+    plain = RestrictedLikelihood(bare, bare.index(*names[:-1])).lowest(omega)
+    omega, without = plain.omega, plain.value
     likelihood = RestrictedLikelihood(bare, index)
     flat = bare.ridge(index)
 
     def objective(log_sd: float) -> float:
         ridge = flat.copy()
         ridge[-own.size :] += np.exp(-2.0 * log_sd) / scale**2
-        _, value = likelihood.with_ridge(ridge).lowest(omega)
+        value = likelihood.with_ridge(ridge).lowest(omega).value
         return value + scale.size * log_sd + float(np.log(scale).sum())
 
     trials = np.log(noise_rms(noise, base)) + np.log(SD_TRIALS)
@@ -160,7 +161,7 @@ def estimate_form_error(
         fixed=np.append(bare.fixed, own),
         precision=np.append(bare.precision, sd**-2.0 / scale**2),
     )
-    omega, _ = RestrictedLikelihood(evidence, evidence.index()).lowest(omega)
+    omega = RestrictedLikelihood(evidence, evidence.index()).lowest(omega).omega
     turn = form_directions(evidence, omega, scale, sd)
     return FormError(basis @ turn, sd, without - values[least]) if turn.shape[1] else None
 

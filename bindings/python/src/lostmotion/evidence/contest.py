@@ -130,10 +130,12 @@ class Contest:
         self.evidence = evidence
         self.runs = evidence.runs
         index = evidence.index()
-        self.null_omega, self.null_objective = RestrictedLikelihood(evidence, index).lowest(
+        likelihood = RestrictedLikelihood(evidence, index)
+        found = likelihood.lowest(
             np.full(evidence.scatter.size, FIRST_OMEGA) if start is None else start
         )
-        self.null = reduce(evidence, index, self.null_omega)
+        self.null_omega, self.null_objective = found.omega, found.value
+        self.null = likelihood.reduced(found)
 
     @cached_property
     def signs(self) -> FloatArray:
@@ -169,8 +171,11 @@ class Contest:
         index, n0 = e.index(name), e.fixed.size
         omega = self.null_omega
         if refit_scatter:
-            omega, _ = RestrictedLikelihood(e, index).lowest(omega)
-        reduced = reduce(e, index, omega)
+            likelihood = RestrictedLikelihood(e, index)
+            lowest = likelihood.lowest(omega)
+            omega, reduced = lowest.omega, likelihood.reduced(lowest)
+        else:
+            reduced = reduce(e, index, omega)
         turn = visible_directions(e, reduced, index)
         rank = turn.shape[1]
         if rank == 0:

@@ -99,10 +99,30 @@ def reduce(evidence: Evidence, index: IntArray, omega: FloatArray) -> Reduced:
     b = evidence.scatter
     sbb = evidence.gram[:, b[:, None], b]
     sbx = evidence.gram[:, b[:, None], index]
-    c, log_det = without_scatter(sbb, omega, sbx)
-    taken = (sbx * omega[:, None]).transpose(0, 2, 1) @ c
-    matrix = evidence.gram[:, index[:, None], index] - taken
-    return Reduced(matrix, log_det)
+    return taken_out(evidence, index, omega, sbx, *without_scatter(sbb, omega, sbx))
+
+
+def taken_out(
+    evidence: Evidence,
+    index: IntArray,
+    omega: FloatArray,
+    cross: FloatArray,
+    solved: FloatArray,
+    log_det: FloatArray,
+) -> Reduced:
+    """Gram matrices of a hypothesis minus what the scatter explains.
+
+    Parameters
+    ----------
+    evidence, index, omega
+        See `reduce`.
+    cross : ndarray
+        Products of the scattering columns with those of the hypothesis, of every run.
+    solved, log_det : ndarray
+        Of `without_scatter` for them.
+    """
+    taken = (cross * omega[:, None]).transpose(0, 2, 1) @ solved
+    return Reduced(evidence.gram[:, index[:, None], index] - taken, log_det)
 
 
 def deviations(
@@ -141,6 +161,34 @@ def factored(h: FloatArray) -> FloatArray:
     raise np.linalg.LinAlgError("normal equations are not finite")
 
 
+@dataclass
+class Evaluation:
+    """The restricted likelihood at some variances.
+
+    Attributes
+    ----------
+    log_omega : ndarray
+        Logarithms of the variances.
+    value, slope, curvature : float, ndarray, ndarray
+        Minus the restricted log likelihood, nats, its slope and its expected curvature over the
+        logarithms of the variances.
+    solved, log_det : ndarray
+        Of `without_scatter`: for the columns of the hypothesis, then for the scattering columns.
+    """
+
+    log_omega: FloatArray
+    value: float
+    slope: FloatArray
+    curvature: FloatArray
+    solved: FloatArray
+    log_det: FloatArray
+
+    @property
+    def omega(self) -> FloatArray:
+        """The variances."""
+        return np.exp(self.log_omega)
+
+
 class RestrictedLikelihood:
     """Minus the restricted log likelihood of the variances under a hypothesis, nats.
 
@@ -153,6 +201,7 @@ class RestrictedLikelihood:
 
     def __init__(self, evidence: Evidence, index: IntArray) -> None:
         b = evidence.scatter
+        self.evidence, self.index = evidence, index
         self.gram = evidence.gram[:, b[:, None], b]
         self.cross = np.ascontiguousarray(evidence.gram[:, b[:, None], index])
         self.total = evidence.total[np.ix_(index, index)]
@@ -165,11 +214,8 @@ class RestrictedLikelihood:
         other.ridge = np.diag(ridge)
         return other
 
-    def __call__(self, log_omega: FloatArray) -> tuple[float, FloatArray, FloatArray]:
-        """Value, slope and expected curvature over the logarithms of the variances.
-
-        The curvature neglects the coupling of the runs by the coefficients.
-        """
+    def __call__(self, log_omega: FloatArray) -> Evaluation:
+        """Evaluate; the curvature neglects the coupling of the runs by the coefficients."""
         omega, n = np.exp(log_omega), self.total.shape[0]
         solved, log_det = without_scatter(self.gram, omega, self.both)
         c, a = solved[:, :, :n], solved[:, :, n:]
@@ -186,14 +232,17 @@ class RestrictedLikelihood:
         slope = 0.5 * (np.einsum("rkk->k", a) - (spread**2).sum((0, 2)) - (rest**2).sum(0))
         own = a - spread @ spread.transpose(0, 2, 1)
         curvature = 0.5 * (own**2).sum(axis=0)
-        return float(value), slope * omega, curvature * np.outer(omega, omega)
+        scale = np.outer(omega, omega)
+        return Evaluation(
+            log_omega, float(value), slope * omega, curvature * scale, solved, log_det
+        )
 
-    def descend(self, start: FloatArray) -> tuple[FloatArray, float, FloatArray]:
-        """Variances, value and slope at the end of a descent by Fisher scoring."""
+    def descend(self, start: FloatArray) -> Evaluation:
+        """The end of a descent by Fisher scoring."""
         low, high = LOG_OMEGA
-        x = np.clip(np.log(np.maximum(start, 1e-12)), low, high)
-        value, slope, curvature = self(x)
+        now = self(np.clip(np.log(np.maximum(start, 1e-12)), low, high))
         for _ in range(STEPS_MOST):
+            x, slope, curvature = now.log_omega, now.slope, now.curvature
             free = ((x > low) | (slope < 0)) & ((x < high) | (slope > 0))
             # A variance near zero has neither slope nor curvature: their quotient would be a large
             # step, for which the steps of all other variances would be shortened.
@@ -207,32 +256,37 @@ class RestrictedLikelihood:
             for _ in range(HALVINGS):
                 trial = np.clip(x + step, low, high)
                 found = self(trial)
-                if found[0] < value:
+                if found.value < now.value:
                     break
                 step *= 0.25
             else:
                 break
-            fall = value - found[0]
-            x, (value, slope, curvature) = trial, found
+            fall, now = now.value - found.value, found
             if fall < FALL_LEAST:
                 break
-        return np.exp(x), value, slope
+        return now
 
-    def lowest(self, start: FloatArray) -> tuple[FloatArray, float]:
-        """Maximum likelihood variances, and the value there.
+    def lowest(self, start: FloatArray) -> Evaluation:
+        """Maximum likelihood variances.
 
         Near zero the slope over the logarithm vanishes, and the descent cannot leave a value that
         is too small. The score (Rao's test) shows the possible gain; from larger values the descent
         is regular.
         """
-        omega, value, slope = self.descend(start)
-        score = -slope / omega
-        own, _ = without_scatter(self.gram, omega, self.gram)
+        found = self.descend(start)
+        omega, n = found.omega, self.total.shape[0]
+        score = -found.slope / omega
+        own = found.solved[:, :, n:]
         information = 0.5 * (np.einsum("rkk->rk", own) ** 2).sum(axis=0)
         idle = (score > 0) & (score > np.sqrt(2.0 * STUCK * information))
         lifted = np.where(idle, np.maximum(omega, LIFTED), omega)
         if np.any(lifted > omega):
-            again, lower, _ = self.descend(lifted)
-            if lower < value:
-                omega, value = again, lower
-        return np.asarray(omega, dtype=np.float64), value
+            again = self.descend(lifted)
+            if again.value < found.value:
+                return again
+        return found
+
+    def reduced(self, found: Evaluation) -> Reduced:
+        """The hypothesis without the scatter at evaluated variances."""
+        solved = found.solved[:, :, : self.total.shape[0]]
+        return taken_out(self.evidence, self.index, found.omega, self.cross, solved, found.log_det)
