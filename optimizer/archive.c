@@ -127,8 +127,7 @@ void lm_sort_solutions(lm_solution list[], int count) {
   qsort(list, (size_t)count, sizeof list[0], in_order);
 }
 
-/* --- selection ----------------------------------------------------------------------------------
- */
+/* --- selection -------------------------------------------------------------------------------- */
 
 /* Which of two designs is better, 1 or 2, else another number: feasible before infeasible,
  * less violation before more, then by the objectives. */

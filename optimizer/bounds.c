@@ -4,8 +4,8 @@
 
 #define STEEL_SHEAR_FATIGUE_MPA 250 /* as lm_complete_drive assumes if none is stated */
 
-/* Keys that make a drive larger or its wall stronger; others make it smaller or have no influence.
- */
+/* Keys that make a drive larger or its wall stronger; others make it smaller or have no
+ * influence. */
 static int enlarges(int key) {
   return key == LM_KEY_WALL_THICKNESS_MM || key == LM_KEY_SHEAR_FATIGUE_MPA ||
          key == LM_KEY_DEFLECTION_MM || key == LM_KEY_DEFLECTION_MODULES ||

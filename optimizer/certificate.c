@@ -114,8 +114,7 @@ static lm_status certify_tolerances(const lm_problem *problem, lm_certificate *c
   return LM_OK;
 }
 
-/* --- sensitivities ------------------------------------------------------------------------------
- */
+/* --- sensitivities ---------------------------------------------------------------------------- */
 
 /* Limit to which a result belongs (a figure: its own limit). */
 static int limit_at(const lm_layout *layout, int place) {
@@ -281,8 +280,7 @@ static lm_status certify_sensitivities(const lm_problem *problem, const lm_scan 
   return status;
 }
 
-/* --- limits -------------------------------------------------------------------------------------
- */
+/* --- limits ----------------------------------------------------------------------------------- */
 
 static void read_limits(const lm_problem *problem, const lm_layout *layout, const double result[],
                         lm_certificate *c) {

@@ -36,8 +36,7 @@ void lm_fill_values(const lm_problem *problem, int combination, const lm_real un
   }
 }
 
-/* --- the drive ----------------------------------------------------------------------------------
- */
+/* --- the drive -------------------------------------------------------------------------------- */
 
 /* The integer that a plain number represents. */
 static int whole(lm_real value) {
@@ -135,8 +134,7 @@ lm_status lm_build_drive(const lm_problem *problem, const lm_real value[LM_KEY_C
   return status;
 }
 
-/* --- tolerances ---------------------------------------------------------------------------------
- */
+/* --- tolerances ------------------------------------------------------------------------------- */
 
 /* The radial gap at the stated level and in the mean, and the signed sum of each zone at its
  * tightest. */
@@ -146,9 +144,9 @@ typedef struct tolerance_state {
   lm_real tightest_mm[LM_GAP_ZONES];
 } tolerance_state;
 
-/* Quantile of the clipped gap over the fixed samples: between the two order statistics around n p -
- * 1/2, here 2048 * 0.9973 - 0.5 = 2041.97. Therefore the seven largest are kept, in rising order.
- * */
+/* Quantile of the clipped gap over the fixed samples: between the two order statistics
+ * around n p - 1/2, here 2048 * 0.9973 - 0.5 = 2041.97. Therefore the seven largest are
+ * kept, in rising order. */
 #define KEPT 7
 static lm_real sampled_gap(const lm_problem *problem, const lm_drive *drive) {
   const lm_real share = LM_REAL(0.9973 * LM_LOOP_SAMPLES - 0.5 - (LM_LOOP_SAMPLES - KEPT));
@@ -232,8 +230,7 @@ static lm_status find_tolerance_state(const lm_problem *problem, const lm_drive 
   return LM_OK;
 }
 
-/* --- figures ------------------------------------------------------------------------------------
- */
+/* --- figures ---------------------------------------------------------------------------------- */
 
 /* Rotation of the output that a radial gap adds at a torque. */
 static lm_status gap_turn(const lm_drive *drive, const lm_mesh_state *mesh, lm_real gap_mm,
@@ -354,8 +351,7 @@ static lm_real cost_of(const lm_problem *problem, const lm_real value[], const l
   return cost;
 }
 
-/* --- limits -------------------------------------------------------------------------------------
- */
+/* --- limits ----------------------------------------------------------------------------------- */
 
 static lm_real outer_diameter(const lm_drive *drive, const lm_geometry *g) {
   const lm_real ring = LM_RING_SHARE * g->module_mm * LM_REAL(g->flexspline_teeth);

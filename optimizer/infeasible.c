@@ -18,8 +18,8 @@ static double weight_of(int limit) {
   return lm_is_set_by_spec(limit) ? 1.0 : PHYSICAL_WEIGHT;
 }
 
-/* Cost of all relaxations: a small decrease of a figure that is many times its limit counts little.
- * */
+/* Cost of all relaxations: a small decrease of a figure that is many times its limit counts
+ * little. */
 static double cost_of(const double relax[]) {
   double sum = 0;
   int i;

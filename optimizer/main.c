@@ -94,8 +94,7 @@ static const char *read_text(const char *path, const char **why) {
   return text;
 }
 
-/* --- progress -----------------------------------------------------------------------------------
- */
+/* --- progress --------------------------------------------------------------------------------- */
 
 static double seconds_left(const lm_progress *progress, double seconds) {
   if (progress->work_done < progress->work_total / 50) {

@@ -111,8 +111,7 @@ void lm_free_text(char *text) {
   free(text);
 }
 
-/* --- front --------------------------------------------------------------------------------------
- */
+/* --- front ------------------------------------------------------------------------------------ */
 
 /* A chosen value as in a drive file. */
 static void write_choice(FILE *file, const lm_problem *problem, int combination, int choice) {
@@ -258,8 +257,7 @@ void lm_write_combinations(FILE *file, const lm_problem *problem, const lm_searc
   }
 }
 
-/* --- JSON ---------------------------------------------------------------------------------------
- */
+/* --- JSON ------------------------------------------------------------------------------------- */
 
 /* A number in JSON; null if it is not finite. */
 static void write_json(FILE *file, const char *key, double value, const char *after) {

@@ -193,8 +193,8 @@ int lm_is_regular(FILE *file) {
   return GetFileType(handle_of(file)) == FILE_TYPE_DISK;
 }
 
-/* Locks are mandatory on Windows: one byte far beyond the end of any file does not prevent reading.
- * */
+/* Locks are mandatory on Windows: one byte far beyond the end of any file does not prevent
+ * reading. */
 int lm_lock_file(FILE *file) {
   OVERLAPPED place;
   DWORD error;

@@ -191,8 +191,7 @@ const char *lm_limit_name(int limit) {
   return limit >= 0 && limit < LM_LIMIT_COUNT ? names[limit] : "";
 }
 
-/* --- the problem --------------------------------------------------------------------------------
- */
+/* --- the problem ------------------------------------------------------------------------------ */
 
 void lm_start_problem(lm_problem *problem) {
   static const double generator_cost[5] = {4, 4, 3, 5, 3};
@@ -464,8 +463,7 @@ lm_status lm_choose_teeth_by_ratio(lm_problem *problem, double ratio_low, double
   return LM_OK;
 }
 
-/* --- evaluation ---------------------------------------------------------------------------------
- */
+/* --- evaluation ------------------------------------------------------------------------------- */
 
 void lm_default_scan(lm_scan *scan) {
   static const double about_junction[] = {-1.0, 0.0, 1.0, 3.0};
@@ -686,8 +684,7 @@ double lm_tolerance_violation_of(const lm_problem *problem, const lm_layout *lay
                       result[layout->single_start + LM_LIMIT_INTERFERENCE]);
 }
 
-/* --- closing the gap ----------------------------------------------------------------------------
- */
+/* --- closing the gap -------------------------------------------------------------------------- */
 
 /* A value of the discrete kind, fixed or chosen. */
 static double discrete_value(const lm_problem *problem, int combination, int key) {

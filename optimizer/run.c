@@ -82,8 +82,7 @@ lm_search *lm_run_search(lm_run *run) {
   return run->search;
 }
 
-/* --- answers ------------------------------------------------------------------------------------
- */
+/* --- answers ---------------------------------------------------------------------------------- */
 
 static lm_status take(lm_run *run, const lm_answer *answer) {
   const lm_status status = lm_accept_answer(run->search, answer);
@@ -117,8 +116,7 @@ lm_status lm_take_answer(lm_run *run, const lm_answer *answer) {
   return take(run, answer);
 }
 
-/* --- begin --------------------------------------------------------------------------------------
- */
+/* --- begin ------------------------------------------------------------------------------------ */
 
 /* Refuse a folder in which the results would replace the spec or, without a journal, files that no
  * search wrote there. */
@@ -256,8 +254,7 @@ void lm_close_run(lm_run *run) {
   }
 }
 
-/* --- work ---------------------------------------------------------------------------------------
- */
+/* --- work ------------------------------------------------------------------------------------- */
 
 static void call_hook(lm_run *run, int last) {
   const double now = lm_seconds_now();
@@ -306,8 +303,7 @@ int lm_work_run(lm_run *run, int workers, lm_run_hook hook, void *context, volat
                          : say(note, LM_EXIT_FAILED, "%s", lm_status_sentence(status));
 }
 
-/* --- results ------------------------------------------------------------------------------------
- */
+/* --- results ---------------------------------------------------------------------------------- */
 
 /* The functions below return 1 when a file could not be written. */
 

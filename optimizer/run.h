@@ -42,8 +42,7 @@ typedef struct lm_run lm_run;
  * spec.h; its name is for messages, and if it is that of a file, no result replaces this file. No
  * result replaces a file that existed before the search. On anything but 0 nothing was written and
  * *run is null. With 0 the note may state that the end of the journal was incomplete, or that it
- * was damaged.
- * */
+ * was damaged. */
 int lm_open_run(const char *spec_name, const char *spec, const char *folder, int resume,
                 lm_run **run, char note[LM_NOTE_MAX]);
 

@@ -15,8 +15,8 @@ static void look(lm_task_state *s, double unit[]) {
   }
 }
 
-/* Scattered points: a Sobol net shifted by the seed, with the shift that closes the gaps adjusted.
- * */
+/* Scattered points: a Sobol net shifted by the seed, with the shift that closes the gaps
+ * adjusted. */
 static void screen(lm_task_state *s, const lm_task *task) {
   const int points = task->budget / 2 > 0 ? task->budget / 2 : 1;
   uint32_t net[256];

@@ -176,8 +176,8 @@ static void plan_solver(lm_search *search) {
   search->verify_gains = 0;
 }
 
-/* No design holds: from points near the best design, and from the best ones of other combinations.
- * */
+/* No design holds: from points near the best design, and from the best ones of other
+ * combinations. */
 static void plan_neighbours(lm_search *search) {
   int budget;
   const int wanted = count_settled(search, &budget);
@@ -250,8 +250,7 @@ static void plan_repair(lm_search *search) {
   }
 }
 
-/* --- the sequence -------------------------------------------------------------------------------
- */
+/* --- the sequence ----------------------------------------------------------------------------- */
 
 /* Share the rest of the budget when a batch requires more: all of it, at least one evaluation
  * for a task. Tasks without any are not run. */
@@ -425,8 +424,8 @@ static void reduce_answer(lm_search *search, const lm_task *task, const lm_answe
   }
 }
 
-/* The batch is complete: process the answers in the order of the tasks, then plan the next tasks.
- * */
+/* The batch is complete: process the answers in the order of the tasks, then plan the next
+ * tasks. */
 static void reduce(lm_search *search) {
   double best = HUGE_VAL;
   int i;
@@ -532,8 +531,7 @@ lm_status lm_accept_answer(lm_search *search, const lm_answer *answer) {
   return LM_OK;
 }
 
-/* --- reading ------------------------------------------------------------------------------------
- */
+/* --- reading ---------------------------------------------------------------------------------- */
 
 int lm_read_front(const lm_search *search, lm_solution front[], int capacity) {
   const int verified = search->stage == LM_STAGE_DONE && search->verified_count > 0;

@@ -74,15 +74,14 @@ int lm_is_answered(const lm_search *search, int id);
 void lm_read_progress(const lm_search *search, lm_progress *progress);
 
 /* Designs none of which is better than another in every objective, rising in the first one; at the
- * end only verified ones, if there are any. Returns their number and writes at most `capacity`.
- */
+ * end only verified ones, if there are any. Returns their number and writes at most `capacity`. */
 int lm_read_front(const lm_search *search, lm_solution front[], int capacity);
 
 /* The design with the smallest first objective; 0 if there is none yet. */
 int lm_read_best(const lm_search *search, lm_solution *best);
 
-/* Fate of a combination, and for a pruned one the limit (lm_limit, or -1: no drive can be built).
- */
+/* Fate of a combination, and for a pruned one the limit (lm_limit, or -1: no drive can be
+ * built). */
 int lm_read_fate(const lm_search *search, int combination, int *limit);
 
 /* Of the evaluated points the one with the least relaxation, of the repaired ones if there are any;

@@ -10,8 +10,7 @@ double lm_draw_number(const lm_search *search, int id, int which) {
   return (double)(lm_mix(seed + (uint64_t)which) >> 11) / 9007199254740992.0;
 }
 
-/* --- tasks --------------------------------------------------------------------------------------
- */
+/* --- tasks ------------------------------------------------------------------------------------ */
 
 lm_task *lm_add_task(lm_search *search, int kind, int combination, int budget,
                      const double unit[]) {
@@ -38,8 +37,7 @@ void lm_disturb(const lm_search *search, lm_task *task, double width) {
   }
 }
 
-/* --- ranking ------------------------------------------------------------------------------------
- */
+/* --- ranking ---------------------------------------------------------------------------------- */
 
 int lm_is_ahead(const lm_combination_state *a, const lm_combination_state *b) {
   if (a->violation <= 0 && b->violation <= 0) {

@@ -26,9 +26,9 @@
  *                                           of every range, in their order; after all other
  *                                           statements
  *
- * A key is fixed, varied or chosen, once; so is a quantity that two keys can state (rigid_shift and
- * shift_difference, deflection_mm and deflection_modules). `ratio` chooses teeth.flexspline_teeth.
- */
+ * A key is fixed, varied or chosen, once; so is a quantity that two keys can state
+ * (rigid_shift and shift_difference, deflection_mm and deflection_modules). `ratio` chooses
+ * teeth.flexspline_teeth. */
 #ifndef LOSTMOTION_OPTIMIZER_SPEC_H
 #define LOSTMOTION_OPTIMIZER_SPEC_H
 

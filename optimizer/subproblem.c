@@ -12,8 +12,7 @@
  */
 #define SLSQP_EVALUATIONS 80
 
-/* --- rows of the subproblem ---------------------------------------------------------------------
- */
+/* --- rows of the subproblem ------------------------------------------------------------------- */
 
 #define ROW_OF_LIMIT LM_RESULT_MAX
 #define ROW_OF_AIM (LM_RESULT_MAX + LM_BRANCH_MAX)
@@ -99,8 +98,7 @@ void lm_spread_unit(const lm_task_state *s, const double x[], double unit[]) {
   }
 }
 
-/* --- SLSQP on the epigraph ----------------------------------------------------------------------
- */
+/* --- SLSQP on the epigraph -------------------------------------------------------------------- */
 
 /* min t; t is the last variable. */
 static double epigraph_objective(unsigned n, const double *x, double *gradient, void *data) {
@@ -272,8 +270,7 @@ void lm_run_slsqp(lm_task_state *s, const double start[]) {
   lm_run_solver(s, prepared, x);
 }
 
-/* --- methods without derivatives ----------------------------------------------------------------
- */
+/* --- methods without derivatives -------------------------------------------------------------- */
 
 static double plain_objective(unsigned n, const double *x, double *gradient, void *data) {
   lm_task_state *s = (lm_task_state *)data;

@@ -12,8 +12,7 @@
 #define LEVELS_MAX 12   /* of one round of the trade-off */
 #define QUIET_ROUNDS 4  /* restarts without a better design before the search ends early */
 
-/* --- restarts of one objective ------------------------------------------------------------------
- */
+/* --- restarts of one objective ---------------------------------------------------------------- */
 
 /* A combination to try: mostly one of the best, sometimes any that was screened. */
 static int pick_combination(const lm_search *search, int id) {
@@ -48,8 +47,7 @@ void lm_plan_restarts(lm_search *search) {
   }
 }
 
-/* --- trade-off ----------------------------------------------------------------------------------
- */
+/* --- trade-off -------------------------------------------------------------------------------- */
 
 static void range_of(const lm_search *search, int j, double *low, double *high) {
   int i;
@@ -132,8 +130,8 @@ static const lm_solution *best_other(const lm_search *search, const lm_scalarisa
   return best;
 }
 
-/* Middle of the largest gaps between neighbours of the front: level number `which` from the widest.
- */
+/* Middle of the largest gaps between neighbours of the front: level number `which` from the
+ * widest. */
 static double gap_level(const lm_search *search, const lm_scalarisation *scalar, int which) {
   double taken = HUGE_VAL;
   double level = search->archive[0].objective[1];

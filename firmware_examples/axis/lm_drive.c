@@ -47,8 +47,8 @@ static lm_axis_wait start(lm_drive *d, lm_axis *a) {
   return a->waits;
 }
 
-/* The setpoint stays; then the brake bears the load, or the drive has withdrawn from the command.
- */
+/* The setpoint stays; then the brake bears the load, or the drive has withdrawn from the
+ * command. */
 static void stop(lm_drive *d, lm_axis *a, int at_once, float period_s) {
   d->stopped_s += period_s;
   d->release = 0;

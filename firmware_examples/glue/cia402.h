@@ -104,12 +104,12 @@ typedef struct cia402_axis {
   cia402_output sent;
 } cia402_axis;
 
-/* Power-up: the drive is not enabled and has reported its position. Checks the parameters, and that
- * the sync period is theirs. kept, at, zero_rad: as lm_axis_power_up. LM_OUT_OF_RANGE
- * ("increments_per_rev", "ratio", "period_exponent", "motor_over_ratio_rad": beyond
- * LM_AXIS_ANGLE_MAX_RAD from the origin), LM_INCONSISTENT ("period_s"; "valid": the input is not;
- * "statusword": the drive is enabled: send quick stop until it is not), those of lm_axis_power_up.
- */
+/* Power-up: the drive is not enabled and has reported its position. Checks the parameters,
+ * and that the sync period is theirs. kept, at, zero_rad: as lm_axis_power_up.
+ * LM_OUT_OF_RANGE ("increments_per_rev", "ratio", "period_exponent",
+ * "motor_over_ratio_rad": beyond LM_AXIS_ANGLE_MAX_RAD from the origin), LM_INCONSISTENT
+ * ("period_s"; "valid": the input is not; "statusword": the drive is enabled: send quick
+ * stop until it is not), those of lm_axis_power_up. */
 lm_status cia402_start(cia402_axis *c, const cia402_drive *values, const lm_parameters *parameters,
                        lm_axis_kept *kept, const lm_conditions *at, const cia402_input *in,
                        float zero_rad, lm_fault *fault);

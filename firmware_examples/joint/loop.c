@@ -2,8 +2,8 @@
 
 #include "sine.h"
 
-/* Values of the drive as identified at commissioning; those of the plant differ by a few percent.
- * */
+/* Values of the drive as identified at commissioning; those of the plant differ by a few
+ * percent. */
 #define RAD_PER_COUNT (6.28318531f / ((float)PLANT_RATIO * PLANT_ENCODER_COUNTS))
 #define ROTOR_INERTIA 0.62f
 #define ROTOR_FRICTION 2.4f

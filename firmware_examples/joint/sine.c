@@ -25,9 +25,9 @@ float sine(float angle_rad) {
 float square_root(float value) {
   float root = 0.5f * (1 + value);
   int step;
-  /* Newton's method from above decreases monotonically: the value halves until it is near the root,
-   * in at most 40 steps over twelve orders of magnitude; then the number of correct digits doubles.
-   * */
+  /* Newton's method from above decreases monotonically: the value halves until it is near
+   * the root, in at most 40 steps over twelve orders of magnitude; then the number of
+   * correct digits doubles. */
   for (step = 0; step < 50 && value > 0; ++step) {
     root = 0.5f * (root + value / root);
   }

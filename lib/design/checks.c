@@ -39,8 +39,7 @@ lm_real lm_rack_form_radius(const lm_teeth *teeth, int gear_teeth, lm_real shift
   return real_sqrt(base * base + along * along);
 }
 
-/* --- smallest gap -------------------------------------------------------------------------------
- */
+/* --- smallest gap ----------------------------------------------------------------------------- */
 
 static lm_real gap_at(const lm_mesh *mesh, lm_real angle_rad, int forward) {
   const lm_clearance clearance = lm_tooth_clearance(mesh, angle_rad);
@@ -173,8 +172,7 @@ lm_status lm_find_smallest_gap(const lm_mesh meshes[], int sections, int steps_p
   return report_smallest(meshes, sections, HALF_PI / LM_REAL(steps), found, smallest, fault);
 }
 
-/* --- the whole face ------------------------------------------------------------------------------
- */
+/* --- the whole face --------------------------------------------------------------------------- */
 
 #define INNER_SHARE 4 /* fewer steps between the edges than at them */
 #define FACE_ROUNDS 4
@@ -318,8 +316,7 @@ lm_status lm_refine_smallest_gap(const lm_mesh meshes[], int sections,
   return report_smallest(meshes, sections, HALF_PI / LM_REAL(steps), found, smallest, fault);
 }
 
-/* --- geometry ------------------------------------------------------------------------------------
- */
+/* --- geometry --------------------------------------------------------------------------------- */
 
 static lm_check at_least(lm_real value, lm_real limit) {
   lm_check check;
@@ -418,8 +415,7 @@ static void check_geometry(const lm_drive *drive, const lm_mesh meshes[], int se
   }
 }
 
-/* --- strength ------------------------------------------------------------------------------------
- */
+/* --- strength --------------------------------------------------------------------------------- */
 
 static void check_strength(const lm_drive *drive, const lm_mesh meshes[], int sections,
                            lm_check checks[]) {

@@ -106,8 +106,7 @@ static swept_point sweep(const motion *m, const lm_flank_foot *foot) {
   return p;
 }
 
-/* --- the flank of one placed tooth on a radius ---------------------------------------------------
- */
+/* --- the flank of one placed tooth on a radius ------------------------------------------------ */
 
 static lm_real polar_radius(const lm_placement *place, const lm_flank_foot *foot) {
   const lm_real along =
@@ -144,8 +143,7 @@ static lm_flank_foot foot_on(const generation *g, const lm_placement *place, lm_
 #define FOOT_STEPS 2
 #define ROUGH_STEPS 1
 
-/* --- the greatest angle on a radius --------------------------------------------------------------
- */
+/* --- the greatest angle on a radius ----------------------------------------------------------- */
 
 /* Part that generates the flank at a radius. */
 typedef struct maker {
@@ -358,8 +356,7 @@ static maker scan_radius(const generation *g, lm_real radius) {
   return best;
 }
 
-/* --- the table -----------------------------------------------------------------------------------
- */
+/* --- the table -------------------------------------------------------------------------------- */
 
 static lm_real radius_at(const lm_conjugate *c, lm_real place) {
   return c->top_mm - (c->top_mm - c->low_mm) * place * place;
@@ -619,8 +616,7 @@ static void add_piece(draft *d, const maker *b, lm_real b_place, const maker *be
   add_node(d, b_place, b, beyond);
 }
 
-/* --- intervals in which a cubic is not accurate -------------------------------------------------
- */
+/* --- intervals in which a cubic is not accurate ----------------------------------------------- */
 
 static lm_real cubic(lm_real width, lm_real x, lm_real low, lm_real slope_low, lm_real high,
                      lm_real slope_high) {
@@ -830,8 +826,7 @@ lm_status lm_make_conjugate(const lm_flank *flank, const lm_geometry *geometry,
   return LM_OK;
 }
 
-/* --- a flank of points ---------------------------------------------------------------------------
- */
+/* --- a flank of points ------------------------------------------------------------------------ */
 
 /* Whether the points form a flank between the tip circle and the flexspline's tip on the axis. */
 static lm_status check_rigid_points(const lm_flank_points *p, const lm_geometry *g, lm_real low_mm,
@@ -961,11 +956,10 @@ lm_involute_point lm_evaluate_conjugate(const lm_conjugate *conjugate, lm_real r
   return point;
 }
 
-/* --- zones ---------------------------------------------------------------------------------------
- */
+/* --- zones ------------------------------------------------------------------------------------ */
 
-/* Cross product of both derivatives of the point: 0 where the relative velocity lies in the flank.
- */
+/* Cross product of both derivatives of the point: 0 where the relative velocity lies in the
+ * flank. */
 static lm_real envelope(const generation *g, const lm_flank_foot *foot, lm_real angle,
                         swept_point *p) {
   const motion m = move_tooth(g, angle);

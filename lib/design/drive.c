@@ -291,8 +291,8 @@ static lm_status fill_torsion_chain(lm_drive *drive, lm_real diameter_mm, lm_fau
   const lm_real radius = diameter_mm / LM_REAL(2);
   const lm_real wall = drive->flexspline.wall_thickness_mm;
   const lm_real shear = drive->material.shear_modulus_MPa;
-  /* The rim between axial sections twists in the mesh, from its inner edge on: the wall ends there.
-   */
+  /* The rim between axial sections twists in the mesh, from its inner edge on: the wall
+   * ends there. */
   const lm_real rim =
       drive->axial_sections > 1 ? drive->teeth.face_width_mm / LM_REAL(2) : LM_REAL(0);
   lm_status status;

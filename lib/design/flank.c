@@ -7,8 +7,7 @@
  * three steps is rounding. */
 #define RADIUS_STEPS 3
 
-/* --- involute ------------------------------------------------------------------------------------
- */
+/* --- involute --------------------------------------------------------------------------------- */
 
 static lm_flank_foot involute_foot(const lm_flank *flank, lm_real radius_mm) {
   const lm_involute_point at = lm_evaluate_involute(&flank->involute, radius_mm);
@@ -23,8 +22,7 @@ static lm_flank_foot involute_foot(const lm_flank *flank, lm_real radius_mm) {
   return foot;
 }
 
-/* --- double arc ----------------------------------------------------------------------------------
- */
+/* --- double arc ------------------------------------------------------------------------------- */
 
 static lm_flank_foot arc_foot(const lm_flank *flank, lm_real parameter_mm) {
   const lm_double_arc *arc = &flank->arc;
@@ -131,8 +129,7 @@ static lm_status check_form(const lm_flank_form *form, lm_fault *fault) {
   return status;
 }
 
-/* --- S tooth -------------------------------------------------------------------------------------
- */
+/* --- S tooth ---------------------------------------------------------------------------------- */
 
 /* Newton for the tangent from the datum point; from its first term in 1 - kappa, the error after
  * five steps is rounding. */
@@ -226,8 +223,7 @@ static lm_status check_s(const lm_flank *flank, lm_fault *fault) {
   return LM_OK;
 }
 
-/* --- points --------------------------------------------------------------------------------------
- */
+/* --- points ----------------------------------------------------------------------------------- */
 
 /* Cubic by the height between two points. */
 typedef struct spline_piece {
@@ -321,8 +317,7 @@ static lm_status check_points(const lm_flank *flank, const lm_geometry *g, lm_fa
   return LM_OK;
 }
 
-/* --- any flank -----------------------------------------------------------------------------------
- */
+/* --- any flank -------------------------------------------------------------------------------- */
 
 /* Whether the tooth has thickness at its tip, and a space at its root. */
 static lm_status check_thickness(const lm_flank *flank, const lm_geometry *g, const char *tip_keys,

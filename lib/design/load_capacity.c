@@ -145,8 +145,8 @@ static void add_tooth(const lm_design_workspace *w, const teeth *t, const effect
              LM_REAL(6) * rigid / (t->width_mm * t->rigid.thickness_mm * t->rigid.thickness_mm));
 }
 
-/* The lobe with the larger displacement; a fixed, eccentric wave generator may load only one lobe.
- */
+/* The lobe with the larger displacement; a fixed, eccentric wave generator may load only
+ * one lobe. */
 static int loaded_lobe(const lm_design_workspace *w) {
   lm_real first = LM_REAL(0);
   lm_real second = LM_REAL(0);
@@ -284,8 +284,7 @@ lm_status lm_find_rated_load(const lm_drive *drive, int phases, lm_design_worksp
   return status;
 }
 
-/* --- the cup -------------------------------------------------------------------------------------
- */
+/* --- the cup ---------------------------------------------------------------------------------- */
 
 lm_real lm_cup_buckling_torque(const lm_drive *drive, lm_real radius_mm) {
   const lm_flexspline *cup = &drive->flexspline;

@@ -154,8 +154,7 @@ static flank_point interior_minimum(const flank_pair *pair, const flank_point *l
   return middle;
 }
 
-/* --- flanks that are no involutes ----------------------------------------------------------------
- */
+/* --- flanks that are no involutes ------------------------------------------------------------- */
 
 /* As evaluate_foot; the angle of the flank is found for the nearest point alone. */
 static flank_point general_foot(const flank_pair *pair, const lm_flank_foot *foot) {
@@ -517,8 +516,7 @@ static lm_gap general_gap(const flank_pair *pair, lm_real at_low, lm_real at_hig
   return gap;
 }
 
-/* --- involutes -----------------------------------------------------------------------------------
- */
+/* --- involutes -------------------------------------------------------------------------------- */
 
 /* Both flanks exist between two ends: the flexspline's own, or the points where the rigid tip
  * limits it. The gap between the ends is nearly linear, so its minimum is at an end unless the

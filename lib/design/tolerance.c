@@ -88,8 +88,8 @@ lm_status lm_it_tolerance_continuous(lm_real diameter_mm, lm_real grade, lm_real
   const double *field_um;
   const lm_status status = find_it_fields(diameter_mm, grade, tolerance_mm, &field_um, fault);
   if (status == LM_OK) {
-    /* Cubic in the logarithm; its slope at a whole grade is the mean of the growths on both sides.
-     * */
+    /* Cubic in the logarithm; its slope at a whole grade is the mean of the growths on both
+     * sides. */
     const int i = nearest_index((int)grade - IT_FIRST, IT_LAST - IT_FIRST);
     const lm_real beyond = grade - LM_REAL(i + IT_FIRST);
     const lm_real short_of = LM_REAL(1) - beyond;
@@ -258,8 +258,8 @@ lm_status lm_probable_limits(const lm_tolerance_link *links, int count, lm_real 
     half = (limits->gap_max_mm[i] - limits->gap_min_mm[i]) / LM_REAL(2);
     most += middle;
     above_square += square(half);
-    /* A zone that may interfere has no gap in an unknown share of the drives: its lower limit is 0.
-     */
+    /* A zone that may interfere has no gap in an unknown share of the drives: its lower
+     * limit is 0. */
     if (limits->signed_min_mm[i] >= LM_REAL(0)) {
       least += middle;
       below_square += square(half);

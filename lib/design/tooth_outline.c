@@ -147,8 +147,8 @@ static lm_real find_form(lm_tooth_outline *o) {
   return at_high > LM_REAL(0) ? zero_between(centre_too_high, o, low, at_low, high, at_high) : high;
 }
 
-/* Adds a fillet of this radius; returns how far its centre is beyond the middle of the space, rad.
- */
+/* Adds a fillet of this radius; returns how far its centre is beyond the middle of the
+ * space, rad. */
 static lm_real fillet_too_wide(lm_tooth_outline *o, lm_real fillet_mm) {
   const lm_geometry *g = &o->mesh->geometry;
   lm_outline_point at;

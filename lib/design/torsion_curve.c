@@ -7,8 +7,7 @@
 #include "real_math.h"
 #include "refuse.h"
 
-/* --- compliance of a pair of teeth, eq (6), tabulated over the loaded radius ---------------------
- */
+/* --- compliance of a pair of teeth, eq (6), tabulated over the loaded radius ------------------ */
 
 static lm_tooth_material material_of(const lm_drive *drive) {
   lm_tooth_material material;
@@ -209,8 +208,7 @@ static lm_real give_at(const lm_pair_give *give, const lm_mesh *mesh, lm_real fo
          look_up_give(&give->rigid, contact_mm);
 }
 
-/* --- candidates for contact ----------------------------------------------------------------------
- */
+/* --- candidates for contact ------------------------------------------------------------------- */
 
 /* The pair that touches first on a flank. */
 typedef struct nearest {
@@ -472,8 +470,7 @@ static lm_status build_contacts(const lm_drive *drive, lm_real phase_rad, lm_rea
   return status;
 }
 
-/* --- the sum -------------------------------------------------------------------------------------
- */
+/* --- the sum ---------------------------------------------------------------------------------- */
 
 /* One torque: all contributions besides the mesh, and the sum. */
 static lm_status add_chains(const lm_drive *drive, const lm_mesh_state *state, lm_real gap_rad,

@@ -26,8 +26,8 @@
 /* Relative excess over a bound that is rounding. */
 #define ROUNDING LM_REAL(1.00001)
 
-/* Rounding error of a slowly moving correction: 16 roundings of a float at the largest correction.
- */
+/* Rounding error of a slowly moving correction: 16 roundings of a float at the largest
+ * correction. */
 #define RESTING LM_REAL(1e-6)
 
 /* Successive reversals, and their size relative to the noise, that count as ringing: three periods
@@ -281,8 +281,8 @@ lm_status lm_start_compensator(lm_compensator *compensator, const lm_parameters 
 }
 PLAIN_SYMBOL(lm_start_compensator, LM_SIZES_TEXT)
 
-/* Returns the finite requested value clipped to its bounds; sets the status bit if it was clipped.
- */
+/* Returns the finite requested value clipped to its bounds; sets the status bit if it was
+ * clipped. */
 static lm_real hold(lm_real wish, lm_real most, uint32_t bit, uint32_t *status) {
   if (is_within(wish, most)) {
     return wish;

@@ -31,8 +31,8 @@ static lm_status check_form(const lm_effect *effect, lm_fault *fault) {
   return status;
 }
 
-/* Stored values are binary32: one at its bound may be beyond it by a rounding if lm_real is wider.
- */
+/* Stored values are binary32: one at its bound may be beyond it by a rounding if lm_real is
+ * wider. */
 static lm_real rounded_down(lm_real bound) {
   return least(bound, LM_REAL((float)bound));
 }

@@ -4,11 +4,11 @@
 
 #include "runtime/number.h"
 
-/* Series are cut where their first neglected term, at the end of the reduced interval, falls below
- * half a rounding of the number type: sine x^11/11! at pi/4 is 1.8e-9 (float), x^17/17! 4.7e-17
- * (double); cosine x^10/10! 2.5e-8 and x^18/18! 2.1e-18; exponential x^8/8! at ln(2)/2 5.7e-9 and
- * x^14/14! 4.6e-18; 2 artanh s = 2 (s + s^3/3 + ..) with s^11 2/11 at 0.1716 6.9e-10, s^21 8e-18.
- */
+/* Series are cut where their first neglected term, at the end of the reduced interval,
+ * falls below half a rounding of the number type: sine x^11/11! at pi/4 is 1.8e-9 (float),
+ * x^17/17! 4.7e-17 (double); cosine x^10/10! 2.5e-8 and x^18/18! 2.1e-18; exponential
+ * x^8/8! at ln(2)/2 5.7e-9 and x^14/14! 4.6e-18; 2 artanh s = 2 (s + s^3/3 + ..) with s^11
+ * 2/11 at 0.1716 6.9e-10, s^21 8e-18. */
 #if LM_REAL_BITS == 64
 #define SINE_TERMS 7
 #define COSINE_TERMS 8

@@ -26,9 +26,9 @@ uint32_t lm_find_crc(uint32_t before, const void *bytes, size_t length) {
 }
 
 /* The numbers from the torque limit to the last of the ranges that were fitted: they are
- * consecutive in the struct, in this order, and in the binary form as well. Their bounds are a
- * table, which needs a third of the flash of individual calls; pairs of bounds are another table.
- * */
+ * consecutive in the struct, in this order, and in the binary form as well. Their bounds
+ * are a table, which needs a third of the flash of individual calls; pairs of bounds are
+ * another table. */
 enum {
   UP_TO_TORQUE_LIMIT,
   PERIOD,
@@ -187,8 +187,8 @@ lm_status lm_check_parameters(const lm_parameters *parameters, lm_fault *fault) 
   return status;
 }
 
-/* The binary form is read and written byte by byte, so that the host's own order does not matter.
- */
+/* The binary form is read and written byte by byte, so that the host's own order does not
+ * matter. */
 typedef struct reader {
   const uint8_t *bytes;
   size_t at;

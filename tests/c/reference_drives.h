@@ -1,5 +1,5 @@
-/* The two drives of bindings/python/docs/theory/check_values.md, and helpers of the design tests.
- * */
+/* The two drives of bindings/python/docs/theory/check_values.md, and helpers of the design
+ * tests. */
 #ifndef LOSTMOTION_TESTS_REFERENCE_DRIVES_H
 #define LOSTMOTION_TESTS_REFERENCE_DRIVES_H
 

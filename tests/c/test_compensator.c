@@ -851,8 +851,7 @@ static void an_instance_that_was_not_started_corrects_nothing(void) {
   TEST_ASSERT_EQUAL(0, step(0).status & LM_STATE_NOT_STARTED);
 }
 
-/* Power-up under load: the correction is at its target at once, and nothing moves from then on.
- */
+/* Power-up under load: the correction is at its target at once, and nothing moves from then on. */
 static void a_settled_start_moves_nothing(void) {
   lm_correction now;
   int i;
@@ -1179,9 +1178,9 @@ static void a_standstill_ends_when_the_target_moves(void) {
   TEST_ASSERT_TRUE(standstill.ticks > 1000); /* at the limit, which the target exceeds */
 }
 
-/* A kinematic error swings the correction as the axis turns, at any speed, and no torque causes
- * this. A torque that rings in addition is found, unless the correction is held and follows none.
- */
+/* A kinematic error swings the correction as the axis turns, at any speed, and no torque
+ * causes this. A torque that rings in addition is found, unless the correction is held and
+ * follows none. */
 static void a_kinematic_error_does_not_ring(void) {
   static const lm_real speed_Hz[] = {1, 3, 6, 10, 20, 40};
   int ringing;

@@ -236,8 +236,7 @@ static void a_completed_drive_is_accepted_and_has_a_mesh(void) {
   TEST_ASSERT_EQUAL(300, accepted);
 }
 
-/* --- refusals ------------------------------------------------------------------------------------
- */
+/* --- refusals --------------------------------------------------------------------------------- */
 
 static void assert_fault(lm_status status, const char *input, lm_real found, double low,
                          double high, lm_status returned) {

@@ -110,8 +110,7 @@ static lm_real polar_of(const lm_flank_foot *foot) {
   return LM_REAL(hypot(height, (double)foot->across_mm));
 }
 
-/* --- one flank -----------------------------------------------------------------------------------
- */
+/* --- one flank -------------------------------------------------------------------------------- */
 
 static void slope_and_curvature_are_those_of_the_points(void) {
   const lm_real step = LM_REAL(BOUND(1e-4, 1e-2));
@@ -230,8 +229,7 @@ static void kinds_fit_one_gear_or_both(void) {
   TEST_ASSERT_FALSE(lm_flank_fits(9, 0));
 }
 
-/* --- refusals of flanks --------------------------------------------------------------------------
- */
+/* --- refusals of flanks ----------------------------------------------------------------------- */
 
 typedef struct refusal {
   size_t member; /* of lm_drive, lm_real */
@@ -328,8 +326,7 @@ static void points_that_make_no_flank_are_refused(void) {
   REFUSED(LM_NULL, "drive, geometry, flank", lm_make_flank(&drive, &geometry, 1, 0, fault_or_null));
 }
 
-/* --- the generated flank -------------------------------------------------------------------------
- */
+/* --- the generated flank ---------------------------------------------------------------------- */
 
 /* Every contact that no other position of the tooth crosses lies on the table. */
 static int touch_the_table(void) {
@@ -546,8 +543,8 @@ static void a_tip_at_the_end_of_the_flank_has_the_clearance_of_its_neighbours(vo
   TEST_ASSERT_TRUE(reaches > 5);
 }
 
-/* Lower bounds where a pair is further off than the limit, exact gaps elsewhere; number of bounds.
- */
+/* Lower bounds where a pair is further off than the limit, exact gaps elsewhere; number of
+ * bounds. */
 static int compare_near(const lm_gap *near, const lm_gap *exact, lm_real smallest) {
   const lm_real beyond = LM_REAL(1.5) * ARCMIN;
   if (near->is_bound) {
@@ -602,8 +599,7 @@ static void far_pairs_have_lower_bounds(void) {
   TEST_ASSERT_EQUAL(0, count_bounds(LM_REAL(0)));
 }
 
-/* --- a circular spline of points -----------------------------------------------------------------
- */
+/* --- a circular spline of points -------------------------------------------------------------- */
 
 /* Points of the generated space from below its tip to its land. */
 static void take_space(void) {

@@ -68,8 +68,7 @@ static void the_gap_is_crossed_after_each_reversal(void) {
   TEST_ASSERT_TRUE(distance(now.correction_rad, -HALF_GAP) < LM_REAL(1e-7));
 }
 
-/* Dither within the gap moves nothing on the far side: output = angle + lost motion is at rest.
- */
+/* Dither within the gap moves nothing on the far side: output = angle + lost motion is at rest. */
 static void dither_within_the_gap_leaves_the_output_where_it_is(void) {
   lm_real stood = LM_REAL(0.25) + rest(LM_REAL(0.25), 10).lost_motion_rad;
   int k;

@@ -20,8 +20,7 @@ static void make(const lm_drive *drive) {
                                             drive->flexspline.rim_thickness_mm, &geometry, &fault));
 }
 
-/* --- flanks --------------------------------------------------------------------------------------
- */
+/* --- flanks ----------------------------------------------------------------------------------- */
 
 /* inv a = tan a - a by its definition, in double. */
 static double inv(double angle) {
@@ -118,8 +117,7 @@ static void on_and_below_the_base_circle_nothing_changes(void) {
   }
 }
 
-/* --- radii ---------------------------------------------------------------------------------------
- */
+/* --- radii ------------------------------------------------------------------------------------ */
 
 /* check_values.md, reference drive A. */
 static void the_radii_of_reference_a(void) {

@@ -29,8 +29,7 @@ static lm_clearance at_degrees(double angle) {
 /* Printed tables agree within 0.003 arcmin; float32 within 0.01 of the exact value. */
 #define TABLE BOUND(0.003, 0.011)
 
-/* --- published values ----------------------------------------------------------------------------
- */
+/* --- published values ------------------------------------------------------------------------- */
 
 typedef struct printed_gap {
   double angle_deg;
@@ -94,8 +93,8 @@ static void the_gaps_of_reference_e(void) {
   }
 }
 
-/* check_values.md, axial sections: smallest gap of an axial section, scanned in steps of 0.25 deg.
- */
+/* check_values.md, axial sections: smallest gap of an axial section, scanned in steps of
+ * 0.25 deg. */
 static void the_smallest_gap_of_a_section(void) {
   static const double factor[] = {.89, .95, 1, 1.05, 1.11, 1.26};
   static const double printed[] = {-1.04, .21, 0, -.57, -1.33, -3.51};
@@ -112,8 +111,8 @@ static void the_smallest_gap_of_a_section(void) {
   }
 }
 
-/* check_values.md, reference drive A: change of j per loss of the whole deformation, metal fixed.
- */
+/* check_values.md, reference drive A: change of j per loss of the whole deformation, metal
+ * fixed. */
 static void a_smaller_wave_opens_near_teeth_and_closes_far_ones(void) {
   static const double printed[] = {.417, .268, .054, -.171, -.384};
   const lm_drive drive = reference_a();
@@ -152,8 +151,7 @@ static void the_elliptical_cam_is_nearly_the_cosine(void) {
   }
 }
 
-/* --- the definition ------------------------------------------------------------------------------
- */
+/* --- the definition --------------------------------------------------------------------------- */
 
 /* Half angle of a flank by its definition, in double. */
 static double half_angle(const lm_involute *flank, double radius) {
@@ -321,8 +319,7 @@ static void the_flank_angle_belongs_to_the_radius_of_contact(void) {
   }
 }
 
-/* --- properties ----------------------------------------------------------------------------------
- */
+/* --- properties ------------------------------------------------------------------------------- */
 
 static void angles_do_not_depend_on_the_module(void) {
   static const double scale[] = {2, 4, 40};
@@ -350,8 +347,8 @@ static void angles_do_not_depend_on_the_module(void) {
   }
 }
 
-/* Section 2.3: x2 changes every gap of every tooth by 2 dx2 tan(alpha) / z2, 12.4 arcmin per unit.
- */
+/* Section 2.3: x2 changes every gap of every tooth by 2 dx2 tan(alpha) / z2, 12.4 arcmin
+ * per unit. */
 static void the_rigid_shift_opens_all_gaps_alike(void) {
   static const double shifts[] = {-0.2, -0.05, 0.05, 0.2};
   int k;
@@ -462,8 +459,7 @@ static void more_nodes_do_not_change_the_gaps(void) {
   }
 }
 
-/* --- lists of teeth ------------------------------------------------------------------------------
- */
+/* --- lists of teeth --------------------------------------------------------------------------- */
 
 static int list(double phase_rad) {
   int count = -1;
@@ -571,8 +567,7 @@ static void any_finite_phase_lists_a_lobe(void) {
   }
 }
 
-/* --- sections ------------------------------------------------------------------------------------
- */
+/* --- sections --------------------------------------------------------------------------------- */
 
 static void sections_stand_equally_spaced_with_both_edges(void) {
   TEST_ASSERT_TRUE(lm_section_place(0, 1) == LM_REAL(0.5));
@@ -594,8 +589,7 @@ static void the_deflection_grows_with_the_distance_from_the_cup(void) {
   ASSERT_NEAR(BOUND(1e-15, 1e-7), 0.2375, mesh.geometry.deflection_mm); /* the parts are the same */
 }
 
-/* --- refusals ------------------------------------------------------------------------------------
- */
+/* --- refusals --------------------------------------------------------------------------------- */
 
 static void assert_refused(lm_status status, const char *input, lm_status found) {
   TEST_ASSERT_EQUAL(status, found);

@@ -116,8 +116,8 @@ static void a_larger_swing_wipes_out_what_went_before(void) {
   }
 }
 
-/* The bound of the header: 2^-23 limit + 8 e (angle + sum c limit) / ((1 - r sum w) s - r sum c).
- */
+/* The bound of the header: 2^-23 limit + 8 e (angle + sum c limit) / ((1 - r sum w) s - r
+ * sum c). */
 static void check_round_trips(int histories) {
   lm_real s = lm_find_least_slope(&parameters.curve);
   const lm_play_bank *bank = &parameters.plays;
@@ -360,8 +360,8 @@ static lm_recording draw_recording(uint32_t columns) {
   return recording;
 }
 
-/* Up to twelve operators, with bands that widen or not, outside and inside, some with an envelope.
- */
+/* Up to twelve operators, with bands that widen or not, outside and inside, some with an
+ * envelope. */
 static void draw_plays(void) {
   lm_play play[LM_PLAYS_MAX];
   int32_t count = (int32_t)draw(0, LM_REAL(12.99));

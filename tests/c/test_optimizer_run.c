@@ -790,8 +790,8 @@ static void test_a_killed_program_goes_on_to_the_same_bytes(void) {
   }
 }
 
-/* Longer than the 260 characters of an old Windows program, and in letters that no code page has.
- * */
+/* Longer than the 260 characters of an old Windows program, and in letters that no code
+ * page has. */
 static void test_a_long_path_of_other_letters_is_a_folder_like_another(void) {
   char path[1024];
   char name[1200];

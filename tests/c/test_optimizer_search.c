@@ -148,8 +148,8 @@ static void test_an_answer_that_nobody_awaits_is_refused(void) {
   free(answer);
 }
 
-/* Each value of an answer in turn is out of its range: a foreign journal with a correct checksum.
- */
+/* Each value of an answer in turn is out of its range: a foreign journal with a correct
+ * checksum. */
 static void test_an_answer_with_a_value_out_of_range_is_refused(void) {
   lm_answer *sound = (lm_answer *)calloc(1, sizeof *sound);
   lm_answer *bad = (lm_answer *)calloc(1, sizeof *bad);

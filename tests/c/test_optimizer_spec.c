@@ -351,9 +351,9 @@ static void test_links_of_no_kind_are_refused(void) {
   TEST_ASSERT_EQUAL_INT(LM_NULL, lm_read_spec(least_spec, &problem, NULL));
 }
 
-/* Root mean square of the deviations, in units of tau: a normal one is not truncated and has 1/3,
- * an inspected one is truncated at 3 sigma, a triangle has 1 / sqrt(6), a uniform one 1 / sqrt(3).
- * */
+/* Root mean square of the deviations, in units of tau: a normal one is not truncated and
+ * has 1/3, an inspected one is truncated at 3 sigma, a triangle has 1 / sqrt(6), a uniform
+ * one 1 / sqrt(3). */
 static void test_sampled_deviations_have_their_distributions(void) {
   static const double expected[] = {1.0 / 3, 0.32889, 0.40825, 0.57735};
   int i;

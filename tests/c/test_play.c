@@ -252,8 +252,8 @@ static void the_envelope_is_odd_and_rises_to_its_end(void) {
   TEST_ASSERT_TRUE(lm_find_envelope(&bank, LM_REAL(12.3)) == LM_REAL(12.3));
   TEST_ASSERT_EQUAL(LM_OK, lm_set_envelope(&bank, 3, 12, &fault));
   TEST_ASSERT_TRUE(lm_find_envelope(&bank, 0) == 0);
-  /* At the knee two thirds of it, far beyond it all of it; near zero torque it rises by 1 + 3 / 12.
-   */
+  /* At the knee two thirds of it, far beyond it all of it; near zero torque it rises by 1 +
+   * 3 / 12. */
   TEST_ASSERT_TRUE(distance(lm_find_envelope(&bank, 12), 14) <= 8 * ROUNDING * 14);
   TEST_ASSERT_TRUE(distance(lm_find_envelope(&bank, 100000), 100003) <= LM_REAL(0.02));
   TEST_ASSERT_TRUE(distance(lm_find_envelope(&bank, LM_REAL(0.01)), LM_REAL(0.0125)) <=

@@ -24,8 +24,8 @@ static void both_gaps_add_up_and_neither_may_be_negative(void) {
 }
 
 static void a_gap_of_20_um_is_76_arcsec(void) {
-  /* check_values.md, radial gap, eq (9): 20 um, 26 deg, 26.4 mm: 3.694944e-4 rad = 76.214 arcsec.
-   */
+  /* check_values.md, radial gap, eq (9): 20 um, 26 deg, 26.4 mm: 3.694944e-4 rad = 76.214
+   * arcsec. */
   ACCEPTED(lm_radial_gap_angle(LM_REAL(0.02), LM_REAL(26 * DEG), LM_REAL(26.4), &out, &fault));
   close_to(3.694944e-4, out, 1.3e-7);
   close_to(76.214 * ARCSEC, out, 7e-6);

@@ -39,8 +39,7 @@ static void make(const kind *k) {
   generator.contact_half_angle_rad = beta;
 }
 
-/* --- wave shapes ---------------------------------------------------------------------------------
- */
+/* --- wave shapes ------------------------------------------------------------------------------ */
 
 /* check_values.md, neutral line, table of check values: w, v, theta at 0, 15, .. 90 deg; curvature
  * at 0, largest |curvature|, force of the wave generator. */
@@ -234,8 +233,8 @@ static void waves_are_smooth_where_the_contact_ends(void) {
   }
 }
 
-/* The same shape as a Fourier series, sum over n = 2, 4, .. of cos(n beta) cos(n phi)/(n^2 - 1)^2.
- */
+/* The same shape as a Fourier series, sum over n = 2, 4, .. of cos(n beta) cos(n phi)/(n^2
+ * - 1)^2. */
 static void rollers_are_their_fourier_series(void) {
   const double pi = 3.14159265358979323846;
   int k;
@@ -346,8 +345,7 @@ static void shapes_refuse_nonsense_and_write_nothing(void) {
   TEST_ASSERT_EQUAL(LM_OK, lm_make_shape(LM_ROLLERS, LM_REAL(35) * DEGREE, &shape, &fault));
 }
 
-/* --- neutral line --------------------------------------------------------------------------------
- */
+/* --- neutral line ----------------------------------------------------------------------------- */
 
 static void make_line(lm_deformation deformation, double radius, double deflection) {
   TEST_ASSERT_EQUAL_MESSAGE(

@@ -659,8 +659,8 @@ static void preloaded_meshes_satisfy_the_definition(void) {
   }
 }
 
-/* Sum exact, every share >= 0 (rounding aside), angle rising with the torque, stiffness its slope.
- */
+/* Sum exact, every share >= 0 (rounding aside), angle rising with the torque, stiffness its
+ * slope. */
 static void shares_add_up_and_the_angle_rises(void) {
   enum { STEPS = 61 };
   double torque[STEPS];
@@ -868,8 +868,8 @@ static void a_preload_doubles_the_stiffness_until_a_flank_lifts_off(void) {
   TEST_ASSERT_EQUAL(0, states[2].backward_teeth);
 }
 
-/* Torques far below the preload's own forces: the angle is the torque over the stiffness at rest.
- */
+/* Torques far below the preload's own forces: the angle is the torque over the stiffness at
+ * rest. */
 static void the_smallest_torque_on_a_preload_turns_in_proportion(void) {
   int round;
   for (round = 0; round < 20; round++) {
@@ -1202,9 +1202,9 @@ static void coupled_pairs_refuse_a_wrong_foundation(void) {
 
 /* --- what rounding defeats --- */
 
-/* Two pairs on one tooth whose own compliance is below the rounding of the rim's: C is singular to
- * rounding. The second arm is twice as long, so that it comes into contact when the output turns.
- * */
+/* Two pairs on one tooth whose own compliance is below the rounding of the rim's: C is
+ * singular to rounding. The second arm is twice as long, so that it comes into contact when
+ * the output turns. */
 static void singular_pairs(double first_gap, double second_gap, int side) {
   foundation.yield_mm_per_N[0] = 1;
   put_contact(26, 1e3, first_gap, 1e-12, 0, side);

@@ -206,8 +206,8 @@ static void probable_limits_never_leave_what_the_parts_can_do(void) {
   close_to(0.013 + 0.005 + 1.5 * 0.003, limits.total_max_mm, 0);
 }
 
-/* Each zone is a gap in one half of the drives and interference in the other: a quarter has no gap.
- */
+/* Each zone is a gap in one half of the drives and interference in the other: a quarter has
+ * no gap. */
 static void a_zone_that_may_interfere_adds_nothing_to_the_least_gap(void) {
   lm_tolerance_link chain[2];
   chain[0] = link_of(1, -10, 10, LM_NORMAL, LM_GENERATOR_GAP);
@@ -688,9 +688,9 @@ static void equal_seeds_give_equal_bits_and_other_seeds_do_not(void) {
 }
 
 static void standard_errors_cover_the_truth_and_beat_plain_sampling(void) {
-  /* Mean of a clipped sum over 40 seeds: the error in units of its standard error follows Student's
-   * law with 7 degrees of freedom: |t| > 5.41 has a chance of 0.1 %; the mean square of t is 1.4.
-   */
+  /* Mean of a clipped sum over 40 seeds: the error in units of its standard error follows
+   * Student's law with 7 degrees of freedom: |t| > 5.41 has a chance of 0.1 %; the mean
+   * square of t is 1.4. */
   const double truth = 1.0473949421574e-3;
   lm_tolerance_link chain[2];
   double mean_square = 0;

@@ -128,8 +128,8 @@ static void flexspline_teeth_lie_at_the_published_figures(void) {
 }
 
 static void circular_spline_teeth_agree_with_an_independent_quadrature(void) {
-  /* Reference design A: root 26.1375 (0.2 m beyond the flexspline tip), tip 25.7875 and mid depth.
-   */
+  /* Reference design A: root 26.1375 (0.2 m beyond the flexspline tip), tip 25.7875 and mid
+   * depth. */
   involute(LM_TOOTH_INWARD, 0.25, 202, 2.957, 26.1375);
   load_at(25.7875, 10);
   close_to(0.407893792585606, out, 1e-12);

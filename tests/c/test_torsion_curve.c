@@ -627,8 +627,7 @@ static void pointed_teeth_are_refused_by_their_height(void) {
                     lm_evaluate_torsion_curve(&drive, 0, torque, 1, point, 0, &workspace, &fault));
 }
 
-/* --- compact curve -------------------------------------------------------------------------------
- */
+/* --- compact curve ---------------------------------------------------------------------------- */
 
 static void knots_of_a_straight_line_are_free(void) {
   lm_real torque[65];

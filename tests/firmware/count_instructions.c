@@ -2,8 +2,8 @@
  * Arguments begin=ADDRESS,end=ADDRESS,next=ADDRESS. Prints "windows N least N most N" when the
  * guest ends, once for each section between calls of the third function.
  *
- * The prototypes are QEMU's plugin interface, version 1; distributions do not include its header.
- * */
+ * The prototypes are QEMU's plugin interface, version 1; distributions do not include its
+ * header. */
 #include <inttypes.h>
 #include <stdbool.h>
 #include <stdio.h>

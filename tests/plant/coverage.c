@@ -30,8 +30,8 @@ static void row(const char *what, long found, long of) {
   printf("| %s | %ld of %ld |\n", what, found, of);
 }
 
-/* Up to 8 bits, or a burst of up to 32 bits, each of which changes with a probability of one half.
- * */
+/* Up to 8 bits, or a burst of up to 32 bits, each of which changes with a probability of
+ * one half. */
 static void damage(uint8_t *bytes, size_t length) {
   uint32_t k;
   if (draw(2)) {

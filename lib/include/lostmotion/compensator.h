@@ -187,9 +187,9 @@ lm_correction lm_settle_compensator(lm_compensator *compensator, const lm_condit
 lm_correction lm_step_compensator(lm_compensator *compensator, const lm_conditions *at);
 
 /* For the decision to close the loop, to save, or to take a reference at rest: how long the
- * correction has stood. Zero to begin with: `lm_standstill standstill = {0}`; set `ticks` to 0 for
- * every new wait, and when the source of the torque, the mode or the parameters change meanwhile.
- */
+ * correction has stood. Zero to begin with: `lm_standstill standstill = {0}`; set `ticks`
+ * to 0 for every new wait, and when the source of the torque, the mode or the parameters
+ * change meanwhile. */
 typedef struct lm_standstill {
   lm_real lowest_rad; /* range of the correction since it stands */
   lm_real highest_rad;

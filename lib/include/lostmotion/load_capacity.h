@@ -13,9 +13,9 @@
 
 LM_BEGIN_DECLS
 
-/* At one tooth phase. Root stresses are nominal, without notch factor: of involutes at the root's
- * thickness, of other flanks in the section of the outline that is stressed most (tooth_outline.h).
- */
+/* At one tooth phase. Root stresses are nominal, without notch factor: of involutes at the
+ * root's thickness, of other flanks in the section of the outline that is stressed most
+ * (tooth_outline.h). */
 typedef struct lm_load {
   lm_real torque_Nm;
   lm_real largest_force_N;    /* normal force of the most loaded pair, whole face */

@@ -64,8 +64,8 @@ typedef struct lm_play_slot {
   lm_real weight;
 } lm_play_slot;
 
-/* Made by lm_build_play_bank or by `lostmotion export`; the functions that run it do not check it.
- */
+/* Made by lm_build_play_bank or by `lostmotion export`; the functions that run it do not
+ * check it. */
 typedef struct lm_play_bank {
   int32_t count;         /* operators used, 0 to LM_PLAYS_MAX */
   int32_t outside_count; /* number of them in series with the spring, first in order, 0 to count */
@@ -125,9 +125,9 @@ lm_real lm_find_play_radius(const lm_play_bank *bank, int32_t i, lm_real torque_
  * lm_settle_plays afterwards, which moves operators outside their bands to the nearest edge. */
 void lm_center_plays(lm_play_memory *memory, lm_real torque_Nm) LM_SIZED(lm_center_plays);
 
-/* Moves every z_i into its band at the torque of the memory. Call it once after the memory was set
- * by hand, restored, or taken over from another bank. A z_i that is NaN is set to the lower edge.
- */
+/* Moves every z_i into its band at the torque of the memory. Call it once after the memory
+ * was set by hand, restored, or taken over from another bank. A z_i that is NaN is set to
+ * the lower edge. */
 void lm_settle_plays(const lm_play_bank *bank, lm_play_memory *memory);
 
 /* One step to a finite torque [N*m]. The memory must be settled and stays so. Only the edge that

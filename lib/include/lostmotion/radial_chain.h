@@ -14,9 +14,9 @@
  *   radial displacement or gap of a lobe |x| <= 100 mm
  *   flank angle 0 .. 1.4 rad (80 deg)
  *   modulus 1 .. 1e7 MPa, Poisson ratio 0 .. 0.49
- * All functions are pure: reentrant, no memory of their own. In float32 the results agree with
- * float64 within 2e-6 relative, a radial approach within 2e-6 of the approach at preload plus load.
- */
+ * All functions are pure: reentrant, no memory of their own. In float32 the results agree
+ * with float64 within 2e-6 relative, a radial approach within 2e-6 of the approach at
+ * preload plus load. */
 #ifndef LOSTMOTION_RADIAL_CHAIN_H
 #define LOSTMOTION_RADIAL_CHAIN_H
 

@@ -1,10 +1,10 @@
 /* The deformed flexspline: first-order wave shapes and the neutral line of exact arc length.
  *
- * Angles are measured from the deformation axis (drive.h). Shapes are dimensionless: the radial
- * displacement in units of w0, counted in the direction in which the wave generator pushes (outward
- * for internal, inward for external deformation); the tangential displacement in units of w0; the
- * rotation of a tooth in units of w0 / r_m. Displacements of an external drive are the negatives.
- */
+ * Angles are measured from the deformation axis (drive.h). Shapes are dimensionless: the
+ * radial displacement in units of w0, counted in the direction in which the wave generator
+ * pushes (outward for internal, inward for external deformation); the tangential
+ * displacement in units of w0; the rotation of a tooth in units of w0 / r_m. Displacements
+ * of an external drive are the negatives. */
 #ifndef LOSTMOTION_SHAPE_H
 #define LOSTMOTION_SHAPE_H
 

@@ -143,18 +143,18 @@ typedef struct lm_take_up_workspace {
   int stage_count; /* number of events; at most LM_STAGES_MAX are kept */
 } lm_take_up_workspace;
 
-/* Rotation under each torque: find F >= 0 with r(side phi - g) - C F <= 0 and F complementary to
- * it, T = lobes sum side F r. C is positive definite, so the state is unique; it is piecewise
- * linear in phi and computed exactly from event to event (active set with an updated Cholesky
- * factor), from rest upwards and from rest downwards. With preload (gaps of both flanks with a
- * negative sum) it starts from the equilibrium of both flanks. contacts[count]: 1 ..
- * LM_CONTACTS_MAX, both flanks; torque_Nm[torques]: rising within -1e9 .. 1e9, at least one;
- * states[torques]; rest may be null. LM_NULL, LM_NOT_FINITE, LM_OUT_OF_RANGE (which field of a
- * contact or of the foundation), LM_NOT_MONOTONE ("torque_Nm"), LM_NO_CONTACT if the pairs of a
- * flank cannot carry load, LM_TOO_SMALL if more than LM_ACTIVE_MAX do, LM_NOT_CONVERGED if the
- * factorisation fails by rounding, or pairs join and leave endlessly (compliances of the pairs too
- * small against the ring's, or a twist that is not symmetric). On error states[] is not complete.
- */
+/* Rotation under each torque: find F >= 0 with r(side phi - g) - C F <= 0 and F
+ * complementary to it, T = lobes sum side F r. C is positive definite, so the state is
+ * unique; it is piecewise linear in phi and computed exactly from event to event (active
+ * set with an updated Cholesky factor), from rest upwards and from rest downwards. With
+ * preload (gaps of both flanks with a negative sum) it starts from the equilibrium of both
+ * flanks. contacts[count]: 1 .. LM_CONTACTS_MAX, both flanks; torque_Nm[torques]: rising
+ * within -1e9 .. 1e9, at least one; states[torques]; rest may be null. LM_NULL,
+ * LM_NOT_FINITE, LM_OUT_OF_RANGE (which field of a contact or of the foundation),
+ * LM_NOT_MONOTONE ("torque_Nm"), LM_NO_CONTACT if the pairs of a flank cannot carry load,
+ * LM_TOO_SMALL if more than LM_ACTIVE_MAX do, LM_NOT_CONVERGED if the factorisation fails
+ * by rounding, or pairs join and leave endlessly (compliances of the pairs too small
+ * against the ring's, or a twist that is not symmetric). On error states[] is not complete. */
 lm_status lm_coupled_take_up(const lm_contact contacts[], int count,
                              const lm_foundation *foundation, const lm_real torque_Nm[],
                              int torques, lm_take_up states[], lm_rest *rest,

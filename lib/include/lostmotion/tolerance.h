@@ -72,9 +72,9 @@ lm_real lm_clearance_min(lm_real hole_lower_mm, lm_real shaft_upper_mm);
 /* Grade at which a link costs its weight. */
 #define LM_COST_GRADE 7
 
-/* ISO 286-1 tolerance of a grade, IT3 .. IT16, from the standard's table: one field for each of its
- * 13 diameter steps. diameter 0 < D <= 500 mm (1e-3 at least). Full width in mm: tau is half of it.
- */
+/* ISO 286-1 tolerance of a grade, IT3 .. IT16, from the standard's table: one field for
+ * each of its 13 diameter steps. diameter 0 < D <= 500 mm (1e-3 at least). Full width in
+ * mm: tau is half of it. */
 lm_status lm_it_tolerance(lm_real diameter_mm, int grade, lm_real *tolerance_mm, lm_fault *fault);
 
 /* The same table, continuous in grade (3 .. 16) for an optimiser: at whole grades exactly the field

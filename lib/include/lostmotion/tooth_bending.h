@@ -109,12 +109,12 @@ lm_status lm_make_involute_tooth(lm_tooth_side side, lm_real module_mm, int teet
 lm_status lm_involute_load_angle(const lm_involute_tooth *tooth, lm_real radius_mm,
                                  lm_real *angle_rad, lm_fault *fault);
 
-/* Equation (6) for an involute tooth, from the root to the loaded radius. The loaded radius lies
- * beyond the root on the tooth's side (LM_OUT_OF_RANGE "loaded_radius_mm"), where the tooth still
- * has thickness (LM_INCONSISTENT). Gauss-Legendre, 32 points on each side of the base circle:
- * relative error below 1e-9 for teeth at least 0.25 modules thick where loaded (float32: 3e-5, the
- * rounding of the radii). Thickness is taken along the arc. Cost: 64 square roots and arc tangents.
- */
+/* Equation (6) for an involute tooth, from the root to the loaded radius. The loaded radius
+ * lies beyond the root on the tooth's side (LM_OUT_OF_RANGE "loaded_radius_mm"), where the
+ * tooth still has thickness (LM_INCONSISTENT). Gauss-Legendre, 32 points on each side of
+ * the base circle: relative error below 1e-9 for teeth at least 0.25 modules thick where
+ * loaded (float32: 3e-5, the rounding of the radii). Thickness is taken along the arc.
+ * Cost: 64 square roots and arc tangents. */
 lm_status lm_involute_tooth_compliance(const lm_involute_tooth *tooth, lm_real loaded_radius_mm,
                                        lm_real face_width_mm, lm_real load_angle_rad,
                                        const lm_tooth_material *material,

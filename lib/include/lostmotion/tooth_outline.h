@@ -32,8 +32,8 @@ typedef struct lm_outline_point {
   lm_real angle_rad;
 } lm_outline_point;
 
-/* Of a mesh with internal deformation whose gear has no involute flank. `outline` refers to `mesh`.
- */
+/* Of a mesh with internal deformation whose gear has no involute flank. `outline` refers to
+ * `mesh`. */
 void lm_make_tooth_outline(const lm_drive *drive, const lm_mesh *mesh, int rigid,
                            lm_tooth_outline *outline);
 
@@ -44,9 +44,9 @@ lm_outline_point lm_outline_flank(const lm_tooth_outline *outline, lm_real heigh
 lm_real lm_outline_half(const lm_tooth_outline *outline, lm_real height_mm);
 
 /* Section that a force at load_height_mm bends most (in which Lewis's parabola touches the
- * outline): largest (load_height - h) / (2 x(h))^2, 1/mm. The nominal bending stress is 6 F / b
- * times it. Sections at 16 places of the fillet and 16 of the flank: within 0.5 % of the largest.
- */
+ * outline): largest (load_height - h) / (2 x(h))^2, 1/mm. The nominal bending stress is 6 F
+ * / b times it. Sections at 16 places of the fillet and 16 of the flank: within 0.5 % of
+ * the largest. */
 lm_real lm_outline_leverage(const lm_tooth_outline *outline, lm_real load_height_mm);
 
 LM_END_DECLS

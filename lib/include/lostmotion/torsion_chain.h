@@ -32,8 +32,8 @@ typedef struct lm_torsion_element {
  * "torsion_chain.stiffness_Nm_per_rad" or "torsion_chain.ratio". */
 lm_status lm_check_torsion_elements(const lm_torsion_element *elements, int count, lm_fault *fault);
 
-/* Round shaft: K = G pi (D^4 - d^4) / (32 l). bore 0 = solid. LM_INCONSISTENT unless bore < outer.
- */
+/* Round shaft: K = G pi (D^4 - d^4) / (32 l). bore 0 = solid. LM_INCONSISTENT unless bore <
+ * outer. */
 lm_status lm_make_shaft_torsion(lm_real outer_diameter_mm, lm_real bore_mm, lm_real length_mm,
                                 lm_real shear_modulus_MPa, lm_real ratio,
                                 lm_torsion_element *element, lm_fault *fault);

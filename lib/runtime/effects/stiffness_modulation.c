@@ -4,8 +4,8 @@
 
 enum { COSINE, SINE, VALUES };
 
-/* Stiffness varies with the tooth phase and the balls of the wave generator bearing, twice a turn.
- */
+/* Stiffness varies with the tooth phase and the balls of the wave generator bearing, twice
+ * a turn. */
 static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *at) {
   (void)memory;
   lm_sine_cosine two = lm_sine_and_cosine(2 * at->input_angle_rad);

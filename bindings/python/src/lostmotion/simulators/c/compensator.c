@@ -32,8 +32,8 @@ static int fmu_start(fmu_instance *instance) {
                            fmu_real(state->value[IN_torque_Nm]), &fault) != LM_OK) {
     return fmu_refuse(instance, "parameters", &fault);
   }
-  /* A history without influence counts as known, for example of friction that is zero without load.
-   */
+  /* A history without influence counts as known, for example of friction that is zero
+   * without load. */
   (void)lm_bound_uncertainty(&state->compensator);
   state->value[OUT_CORRECTION] = 0;
   state->value[OUT_VELOCITY] = 0;

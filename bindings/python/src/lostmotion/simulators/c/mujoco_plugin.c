@@ -28,16 +28,16 @@
 
 #include "lostmotion.h"
 
-/* Tolerance of the lost motion in the search for the torque: 1e-13 rad at 6e4 N*m/rad are 6e-9 N*m.
- */
+/* Tolerance of the lost motion in the search for the torque: 1e-13 rad at 6e4 N*m/rad are
+ * 6e-9 N*m. */
 #define CLOSE_RAD 1e-13
 
 /* Steps of the search. Between two knots the model is a straight line, which a secant solves
  * exactly: 3 to 6 steps. Halving the range of torques 64 times reaches a double's rounding. */
 #define SEARCH_STEPS 96
 
-/* Least step of the input in a difference, rad: of 1e-4 rad of kinematic error that leaves 1e-14.
- */
+/* Least step of the input in a difference, rad: of 1e-4 rad of kinematic error that leaves
+ * 1e-14. */
 #define DIFFERENCE_RAD 1e-5
 
 enum { KNOTS = LM_CURVE_POINTS_MAX, PLAYS = LM_PLAYS_MAX, NUMBERS = 64 };
