@@ -177,10 +177,9 @@ float lm_axis_feed(const lm_axis *a);
  *
  * follows: of lm_drive: 1 while the drive reports that it follows the setpoint, and the brake has
  * opened. With 0, or motor_over_ratio_rad not finite for more than LM_FOLLOW_LOST_TICKS (lost bus),
- * LM_AXIS_CLOSED becomes LM_AXIS_PAUSED: the setpoint stays at once, also in motion. After a
- * bus that was lost for LM_AXIS_STAND it is the angle of the motor: the drive has stopped there.
- * LM_AXIS_PAUSED
- * lasts until it is 1 and the angle is there. */
+ * LM_AXIS_CLOSED becomes LM_AXIS_PAUSED: the setpoint stays at once, also in motion. After a bus that
+ * was lost for LM_AXIS_STAND it is the angle of the motor: the drive has stopped there.
+ * LM_AXIS_PAUSED lasts until it is 1 and the angle is there. */
 float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_rad, float wish_rad,
                    int follows);
 
@@ -192,16 +191,15 @@ float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_r
 int lm_axis_guide(lm_axis *a, float command_rad, const lm_correction *correction);
 
 /* From LM_AXIS_CLOSED to LM_AXIS_PAUSED, for whatever moves the correction although the load does
- * not: an input angle that becomes known.
- * Make the change between this call and the next tick. lm_axis_tick goes back to LM_AXIS_CLOSED by
- * itself, not while follows is 0. Refused until the planner has been at
- * rest for LM_FOLLOW_REST_S, and with the loop open. */
+ * not: an input angle that becomes known. Make the change between this call and the next tick.
+ * lm_axis_tick goes back to LM_AXIS_CLOSED by itself, not while follows is 0. Refused until the
+ * planner has been at rest for LM_FOLLOW_REST_S, and with the loop open. */
 lm_axis_wait lm_axis_pause(lm_axis *a);
 
-/* Another mode, headroom (null: none), other parameters. LM_AXIS_CLOSED is paused first, except for LM_MODE_HOLD, so that
- * nothing moves: refused while the planner moves (LM_INCONSISTENT, "wish_rad"). Otherwise the
- * results of lm_change_parameters. LM_MODE_RESET and in the same tick LM_MODE_RUN
- * end the ringing. */
+/* Another mode, headroom (null: none), other parameters. LM_AXIS_CLOSED is paused first, except for
+ * LM_MODE_HOLD, so that nothing moves: refused while the planner moves (LM_INCONSISTENT,
+ * "wish_rad"). Otherwise the results of lm_change_parameters. LM_MODE_RESET and in the same tick
+ * LM_MODE_RUN end the ringing. */
 lm_axis_wait lm_axis_set_mode(lm_axis *a, lm_mode mode);
 lm_axis_wait lm_axis_headroom(lm_axis *a, const lm_headroom *headroom);
 lm_status lm_axis_change(lm_axis *a, const lm_parameters *parameters, lm_fault *fault);
