@@ -243,6 +243,7 @@ step "Limits of the correction by differences, 100 million steps" \
 step "The compensator on two other joints" \
   "$venv/bin/python" tests/plant/plant_table.py soft stiff
 step "Evidence of somebody else" "$venv/bin/python" tests/fuzz/fuzz_evidence.py --cases 2000
+step "Damaged inputs" "$venv/bin/python" tests/fuzz/damaged_inputs.py --cases 2000
 step "Faults: killed, out of disk, unwritable" \
   "$venv/bin/python" tests/faults/faults.py --kills 5 --others 1 --commands export merge design
 step "Logs: every dress and fault through four commands" logs

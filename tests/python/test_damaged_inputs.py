@@ -26,7 +26,7 @@ from lostmotion.errors import InputError, one_line
 from lostmotion.files import check_place, write_whole
 from lostmotion.recordings import read_campaign
 
-CHUNKS, CHUNK = 10, 40
+CHUNKS, CHUNK = 4, 40
 HEADER = "time_s,torque_Nm,lost_motion_rad\n"
 
 Write = Callable[..., Path]
