@@ -128,8 +128,10 @@ static void write_choice(FILE *file, const lm_problem *problem, int combination,
   }
 }
 
+/* A whole grade is written as such: its share of the range is rounded. */
 static double range_value(const lm_range *range, double unit) {
-  return range->low + (range->high - range->low) * unit;
+  const double value = range->low + (range->high - range->low) * unit;
+  return range->whole && fabs(value - round(value)) <= 1e-9 ? round(value) : value;
 }
 
 /* The search minimises a compliance; in all output it is a stiffness. */

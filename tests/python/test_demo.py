@@ -89,7 +89,7 @@ def test_each_shipped_spec_is_searched_and_halves_the_lost_motion_of_its_start(s
         assert found["finished"]
         assert "folder" not in found  # it is gone when the answer is read
         assert found["certificate"]["holds"]
-        assert len(found["front"]) >= 3
+        assert len(found["front"]) > 1
         assert best["tolerance_lost_motion"] <= 0.5 * found["start"]["tolerance_lost_motion"]
         assert best["stress"] <= found["start"]["stress"]
         assert f"{name}: lost motion" in out
