@@ -78,6 +78,20 @@ def test_the_emulated_controller_computes_the_bits_of_the_replay(shown):
     assert on["same_bits"] is True
 
 
+REACHED = {
+    "ring generator": (
+        (1.4280, 0.2967),
+        (1.4567, 0.0658),
+        (1.8102, 0.0644),
+        (2.0617, 0.0630),
+        (2.3045, 0.0614),
+        (3.3073, 0.0358),
+    )
+}
+"""Designs of a longer front that an earlier search delivered: arcmin, arcsec. A front may become
+shorter only by designs that are no worse than these."""
+
+
 def test_each_shipped_spec_is_searched_and_halves_the_lost_motion_of_its_start(shown):
     _, answer, out, _ = shown
     if answer["designs"] == MISSING:
@@ -89,7 +103,13 @@ def test_each_shipped_spec_is_searched_and_halves_the_lost_motion_of_its_start(s
         assert found["finished"]
         assert "folder" not in found  # it is gone when the answer is read
         assert found["certificate"]["holds"]
-        assert len(found["front"]) > 1
+        earlier = REACHED.get(name, ())
+        assert len(found["front"]) >= (2 if earlier else 3)
+        for reached in earlier:
+            assert any(
+                all(new <= old for new, old in zip(design["objectives"], reached, strict=True))
+                for design in found["front"]
+            ), (name, reached)
         assert best["tolerance_lost_motion"] <= 0.5 * found["start"]["tolerance_lost_motion"]
         assert best["stress"] <= found["start"]["stress"]
         assert f"{name}: lost motion" in out

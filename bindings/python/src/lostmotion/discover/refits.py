@@ -35,7 +35,8 @@ FIT_NATS = 0.1
 twentieth of the least gain that counts (`rules.GAIN_LEAST`)."""
 
 BASE_STEPS = 20
-"""Evaluations of a joint refit that starts at the present model."""
+"""Evaluations of a joint refit that starts at the present model, which is further from the optimum
+than the prediction of a hypothesis. Chosen by the time of a diagnosis, as `REFIT_STEPS`."""
 
 
 def best_start(current: ContestRound, result: Result) -> tuple[int, Result]:

@@ -15,13 +15,11 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion.recordings.cells import is_missing, is_value
+from lostmotion.recordings.clocks import stamped
 from lostmotion.recordings.findings import Finding
 from lostmotion.recordings.layout import COLUMNS_MAX, known_names
 from lostmotion.recordings.tables import CELLS_SHOWN, Header, Rows, Table, first_cells
 from lostmotion.units import is_unit
-
-CLOCKS = ("time", "stamp", "date", "start", "stop")
-"""Parts of the names of columns that are no values."""
 
 VALUE = re.compile(r"(?i).*value_?")
 """Name of the column of the values if several columns have numbers."""
@@ -124,7 +122,7 @@ def may_be_long(header: Header, wanted: Collection[str]) -> tuple[list[int], int
 
     None if a column is a quantity of a drive, or the column of the values is not certain.
     """
-    places = [i for i, name in enumerate(header.names) if not is_clock(name)]
+    places = [i for i in range(len(header.names)) if not is_clock(header, i)]
     places = [i for i in places if header.names[i].lower() != "run"]
     if known_names([header.names[i] for i in places], wanted):
         return None
@@ -135,9 +133,11 @@ def may_be_long(header: Header, wanted: Collection[str]) -> tuple[list[int], int
     return (names, values[0], bool(called)) if names and len(values) == 1 else None
 
 
-def is_clock(name: str) -> bool:
-    """Whether a column is a clock by its name."""
-    return any(part in name.lower() for part in CLOCKS)
+def is_clock(header: Header, column: int) -> bool:
+    """Whether a column is a clock: by its name, or because its first cells are dates or times."""
+    return header.names[column].lstrip("_ ").lower().startswith("time") or stamped(
+        header.cells(column)
+    )
 
 
 def begins_with_numbers(header: Header, column: int) -> bool:
