@@ -470,17 +470,6 @@ class Hysteresis:
             if taken > room:
                 self.outside *= room / taken
 
-    def state(self) -> tuple[FloatArray, ...]:
-        """Everything that the operators and their part of the angle depend on."""
-        return (
-            self.radius_Nm,
-            self.growth,
-            self.shares,
-            np.array([self.knee_Nm, self.envelope_Nm]),
-            self.start,
-            np.zeros(0) if self.outside is None else self.outside,
-        )
-
     def copy(self) -> Hysteresis:
         """Independent copy of the operators."""
         outside = None if self.outside is None else self.outside.copy()

@@ -129,10 +129,6 @@ class SegmentedCurve:
             filed=SLOPES_FILED,
         )
 
-    def state(self) -> tuple[FloatArray, ...]:
-        """Everything that the angle depends on."""
-        return self.knots_Nm, self.slopes
-
     def copy(self) -> SegmentedCurve:
         """An independent copy of the curve."""
         return replace(self, slopes=self.slopes.copy())
