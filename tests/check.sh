@@ -77,9 +77,9 @@ flank_drives() {
     -k polygons tests/python/test_flanks.py
 }
 
-compiled_twice() {
-  LM_COMPILE_TWICE=1 "$venv/bin/python" -m pytest -q -c $package/pyproject.toml --rootdir "$root" \
-    tests/package/test_wheel.py
+release() {
+  LM_RELEASE=1 "$venv/bin/python" -m pytest -q -c $package/pyproject.toml --rootdir "$root" \
+    tests/package
 }
 
 cppcheck_lib() {
@@ -215,7 +215,7 @@ export UNITY_SRC_DIR
 
 step "Derivatives at 200 designs of every generator" "$build/tests/c/test_optimizer_derivatives"
 step "Flanks: 50 drives of each generator against swept and turned polygons" flank_drives
-step "The package: a wheel of the sdist and one of the checkout have the same bytes" compiled_twice
+step "The package: same bytes of sdist and checkout, oldest and newest dependencies" release
 step_with "$clang_format" "Format of the C files (clang-format 19)" format_c
 step_with "$ruff" "Format of the Python files (ruff)" format_python
 step_with "$ruff" "Python lint (ruff)" lint_python

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from .two_encoders_judge import changed, misread
 
-LOGS = 1500
-"""Number of generated logs of each type; `python -m logs --two-encoders N` uses more."""
+LOGS = 400
+"""Number of generated logs of each type; a step of ``./dev check`` uses 5,000."""
 
 
 def test_reading_changes_no_bit_of_a_continuous_lost_motion() -> None:

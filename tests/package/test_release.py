@@ -8,7 +8,17 @@ import tarfile
 from pathlib import Path
 
 import pytest
-from test_wheel import PACKAGE, ROOT, build, build_environment, components, needed, pip, run
+from test_wheel import (
+    PACKAGE,
+    ROOT,
+    build,
+    build_environment,
+    components,
+    needed,
+    only_before_a_release,
+    pip,
+    run,
+)
 
 
 def test_an_sdist_has_the_same_bytes_twice_and_states_what_it_is_made_of(tmp_path: Path) -> None:
@@ -24,6 +34,7 @@ def test_an_sdist_has_the_same_bytes_twice_and_states_what_it_is_made_of(tmp_pat
     assert not [name for name in names if "luksan" in name.lower()]
 
 
+@only_before_a_release
 @pytest.mark.parametrize("which", ["oldest", "newest"])
 def test_the_package_runs_with_the_oldest_and_the_newest_of_what_it_needs(
     which: str, tmp_path: Path

@@ -74,6 +74,12 @@ def pip(*words: str | Path, python: str | Path = sys.executable, **options: Any)
     return done.stdout
 
 
+only_before_a_release = pytest.mark.skipif(
+    "LM_RELEASE" not in os.environ,
+    reason="compiles or installs everything again: ./dev check package",
+)
+
+
 def build_environment(folder: Path) -> dict[str, str]:
     """Environment in which the build backend can be imported."""
     environment = dict(os.environ)
@@ -294,9 +300,7 @@ def test_a_wheel_linked_with_a_systems_nlopt_names_it(built: Built, tmp_path: Pa
         check_what_the_name_says(of_system, archive)
 
 
-@pytest.mark.skipif(
-    "LM_COMPILE_TWICE" not in os.environ, reason="compiles everything again: ./dev check package"
-)
+@only_before_a_release
 def test_the_checkout_gives_the_bytes_of_the_sdist(built: Built, tmp_path: Path) -> None:
     again = build("wheel", tmp_path, built.environment, **bundled(built.nlopt))
     assert again.name == built.wheel.name
