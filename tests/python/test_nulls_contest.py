@@ -120,9 +120,9 @@ def test_signed_ranks_distinguish_equal_effects_as_seldom_as_stated(tail: int) -
     rng = np.random.default_rng(6)
     trials = 4000
     pairs = rng.standard_t(tail, size=(trials, 2, RUNS))
-    told = sum(signed_rank(*pair) >= rules.SIGNED_RANK for pair in pairs)
+    told = sum(signed_rank(*pair) >= rules.PAIRED_T for pair in pairs)
     # So few runs have fewer large ranks than the normal distribution has.
-    assert 0 < told <= most(trials, float(stats.norm.sf(rules.SIGNED_RANK)))
+    assert 0 < told <= most(trials, float(stats.norm.sf(rules.PAIRED_T)))
 
 
 def test_signed_ranks_of_four_runs() -> None:

@@ -13,15 +13,12 @@ from lostmotion.discover.outlier_runs import (
     OutlierRuns,
     apart,
     find_outlier_runs,
-    leaning,
-    parted_by,
     share_told,
 )
 from lostmotion.evidence.contest import Contest
 from lostmotion.evidence.gram import gather
 
 RUNS, ROWS = 24, 60
-LOADS = np.tile([1.0, 2.0, 3.0], RUNS // 3)
 
 
 @pytest.mark.parametrize("runs", [rules.OUTLIER_RUNS_TESTED_LEAST, 31, 80])
@@ -62,12 +59,12 @@ def contest_of(seed: int, odd: float = 0.0) -> Contest:
 
 def test_predicted_deviations_of_a_contest_keep_the_level() -> None:
     trials = 400
-    alarms = sum(find_outlier_runs(contest_of(seed), LOADS) is not None for seed in range(trials))
+    alarms = sum(find_outlier_runs(contest_of(seed)) is not None for seed in range(trials))
     assert alarms <= most(trials, rules.OUTLIER_RUNS_LEVEL)
 
 
 def test_outlying_runs_in_a_contest_are_named_with_their_part() -> None:
-    found = find_outlier_runs(contest_of(1, odd=3.0), LOADS)
+    found = find_outlier_runs(contest_of(1, odd=3.0))
     assert found is not None
     assert (found.part, found.runs) == ("friction", [7, 8])
     assert found.deviations == pytest.approx([3.0, 3.0], abs=1.2)
@@ -76,33 +73,6 @@ def test_outlying_runs_in_a_contest_are_named_with_their_part() -> None:
     share = share_told(contest_of(1))
     assert np.all(share[::3, 1] < 1e-6)
     assert np.all(share[1::3, 1] > 0.5)
-
-
-def test_runs_of_one_load_hang_on_the_load() -> None:
-    load = np.array([5.0, 1.1, 5.0, 1.0, 3.0, 1.2, 3.1])
-    none = np.zeros(load.size, dtype=bool)
-    assert parted_by(load, [1, 3, 5], none)
-    assert not parted_by(load, [1, 3], none)  # two may have the same load by chance
-    assert not parted_by(load, [1, 3, 4], none)  # one more of their load is like the others
-    assert parted_by(load, [0, 2, 4, 6], none)
-
-
-def test_runs_of_a_load_far_from_any_other_hang_on_it_if_all_lean_one_way() -> None:
-    load = np.array([5.0, 0.5, 5.0, 0.55, 3.0, 3.2, 3.1])
-    values = np.array([0.1, 6.0, -0.4, 1.8, -0.2, 0.5, 0.3])
-    assert leaning(values, [1]).tolist() == [False, True, False, True, False, False, False]
-    assert parted_by(load, [1], leaning(values, [1]))
-    assert parted_by(load, [1, 3], leaning(values, [1, 3]))
-    values[3] = 0.2  # the other run of their load agrees with all others
-    assert not parted_by(load, [1], leaning(values, [1]))
-    values[3] = -4.0  # opposite signs do not belong to the load
-    assert not leaning(values, [1, 3]).any()
-    assert not parted_by(load, [1, 3], leaning(values, [1, 3]))
-    load[[1, 3]] = 2.0, 2.1  # a load near others
-    values[3] = 1.8
-    assert not parted_by(load, [1, 3], leaning(values, [1, 3]))
-    load[1], load[3] = 0.1, 2.0  # a run that is the only one of its load
-    assert not parted_by(load, [1], leaning(values, [1]))
 
 
 def test_outlying_runs_are_reported_in_a_sentence() -> None:

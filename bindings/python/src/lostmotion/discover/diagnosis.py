@@ -21,7 +21,6 @@ from lostmotion.discover.answer import (
 )
 from lostmotion.discover.baseline_fit import finish_baseline, form_beside_effects
 from lostmotion.discover.conclusion import Conclusion, conclude_rounds
-from lostmotion.discover.contest_round import swing_by_run
 from lostmotion.discover.detectable import detectable
 from lostmotion.discover.events import (
     EDGE,
@@ -356,7 +355,7 @@ def add_unnamed(found: Conclusion, selection: Selection, within: float) -> None:
     """
     final, base = selection.settled[-1], selection.settled[-1].base
     if found.verdict == "complete" and not any(t.effect.needs & RUN_NEEDS for t in base.terms):
-        outliers = find_outlier_runs(final.contest, swing_by_run(base, base.at()))
+        outliers = find_outlier_runs(final.contest)
         if outliers is not None:
             least, labels = least_size(within, selection.given_arcsec), base.conditions.labels
             found.add_outlier_runs(outliers, size_of_outlier_runs(base, outliers), least, labels)

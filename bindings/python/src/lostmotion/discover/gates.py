@@ -162,4 +162,4 @@ def signed_rank(a: FloatArray, b: FloatArray) -> float:
 
 def runs_separate(a: FloatArray, b: FloatArray) -> bool:
     """Whether the runs separate the first of two candidates from the second."""
-    return paired_t(a, b) >= rules.PAIRED_T or signed_rank(a, b) >= rules.SIGNED_RANK
+    return max(paired_t(a, b), signed_rank(a, b)) >= rules.PAIRED_T

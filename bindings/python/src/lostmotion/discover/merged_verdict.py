@@ -55,7 +55,7 @@ def judge_body(body: Body, effects: Mapping[str, Effect]) -> dict[str, Any]:
     if found.verdict == "complete" and not any(
         effects[name].needs & RUN_NEEDS for name in (*given, *names) if name in effects
     ):
-        outliers = find_outlier_runs(final, np.array(body.about["swing_arcsec"]))
+        outliers = find_outlier_runs(final)
         if outliers is not None:
             least = least_size(within, max(model.given.values(), default=0.0))
             found.add_outlier_runs(

@@ -21,7 +21,6 @@ from lostmotion.evidence.scatter import deviations, without_scatter
 from lostmotion.fit.deviations import DEVIATIONS
 
 FloatArray = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 RUN_NEEDS = {"temperature_C", "cycles"}
 """Conditions in which runs differ from each other, as far as they are recorded."""
@@ -64,15 +63,8 @@ class OutlierRuns:
         }
 
 
-def find_outlier_runs(contest: Contest, load: FloatArray) -> OutlierRuns | None:
-    """Find the strongest outlier runs, if there are any.
-
-    Parameters
-    ----------
-    contest : Contest
-    load : ndarray
-        Load of each run in the baseline model, in any unit.
-    """
+def find_outlier_runs(contest: Contest) -> OutlierRuns | None:
+    """Find the strongest outlier runs, if there are any."""
     e = contest.evidence
     index, omega = e.index(), contest.null_omega
     own = deviations(e, index, omega, contest.null_step())
@@ -84,38 +76,11 @@ def find_outlier_runs(contest: Contest, load: FloatArray) -> OutlierRuns | None:
         spread = np.sqrt(omega[place] * share[there, place])
         outliers, p = apart(own[there, place] / spread, rules.OUTLIER_RUNS_LEVEL / len(DEVIATIONS))
         p = min(1.0, p * len(DEVIATIONS))
-        if outliers and parted_by(
-            load[there], outliers, leaning(own[there, place] / spread, outliers)
-        ):
-            continue
         if outliers and (best is None or p < best.p):
             runs = np.sort(there[outliers])
             values = own[runs, place] / e.scale[e.scatter[place]]
             best = OutlierRuns(part, runs.tolist(), values.tolist(), p)
     return best
-
-
-def leaning(values: FloatArray, outliers: Sequence[int]) -> Mask:
-    """Values on the side of the outliers; none if there are outliers on both sides."""
-    off = (values - np.median(values)) * np.sign(values[list(outliers)].mean())
-    return np.asarray((off >= rules.OUTLIER_RUNS_LEANS) & bool(np.all(off[list(outliers)] > 0)))
-
-
-def parted_by(load: FloatArray, outliers: Sequence[int], leans: Mask) -> bool:
-    """Whether the outlier runs are exactly those of one load.
-
-    No other run is between them; or no other load is near, and all runs of that load deviate in the
-    same direction.
-    """
-    own, others = load[list(outliers)], np.delete(load, list(outliers))
-    between = (others >= own.min()) & (others <= own.max())
-    if len(outliers) >= rules.OUTLIER_RUNS_ALIKE_LEAST and not between.any():
-        return True
-    near = (load > own.min() / rules.OUTLIER_RUNS_FAR_LOAD) & (
-        load < own.max() * rules.OUTLIER_RUNS_FAR_LOAD
-    )
-    alone = np.count_nonzero(near) >= 2 and own.max() < own.min() * rules.OUTLIER_RUNS_FAR_LOAD
-    return bool(alone and leans[near].all())
 
 
 def share_told(contest: Contest) -> FloatArray:

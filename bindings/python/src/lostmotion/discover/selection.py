@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from lostmotion import rules
 from lostmotion.discover.choice import Step, choose
 from lostmotion.discover.growing_model import GrowingModel
 from lostmotion.discover.shortlist import least_size
@@ -23,10 +22,8 @@ def select(model: GrowingModel, say: Callable[[str], None] = lambda _: None) -> 
     Returns
     -------
     list of Step
-        One step per round. The last selected nothing, or its selection was not added: the model is
-        as large as the runs allow, or a second unnamed shape would be added.
+        One step per round. The last selected nothing, or a second unnamed shape that is not added.
     """
-    most = max(1, min(rules.TERMS_MAX, model.runs // rules.RUNS_PER_TERM))
     steps: list[Step] = []
     while True:
         say("comparing effects")
@@ -37,7 +34,7 @@ def select(model: GrowingModel, say: Callable[[str], None] = lambda _: None) -> 
         step = choose(model, current, results, least)
         steps.append(step)
         best = step.selected
-        if best is None or len(steps) > most:
+        if best is None:
             return steps
         if not best.candidate.named and any(not one.candidate.named for one in taken):
             return steps

@@ -44,15 +44,11 @@ def strongest(leads: list[Lead]) -> list[Lead]:
     """Find the leads with nearly the largest gain, which are tried first."""
     if not leads:
         return []
-    near = [lead for lead in leads if lead.result.gain >= rules.REFIT_SHARE * leads[0].result.gain]
+    near = [lead for lead in leads if lead.result.gain >= rules.RIVAL_SHARE * leads[0].result.gain]
     effects = [lead for lead in near if lead.candidate.named][: rules.REFITS_NAMED]
     shapes = [lead for lead in near if not lead.candidate.named][: rules.REFITS_SHAPES]
-    if effects and near[0] is effects[0] and shapes:
-        shapes = [
-            lead
-            for lead in shapes[:1]
-            if lead.result.gain > rules.CLEAR_SHARE * effects[0].result.gain
-        ]
+    if near[0].candidate.named:
+        shapes = shapes[:1]
     return [*effects, *shapes]
 
 
