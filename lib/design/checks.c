@@ -344,24 +344,30 @@ static lm_real inward_thickness(lm_involute_point at, lm_real radius, int teeth)
   return LM_REAL(2) * radius * (LM_PI / LM_REAL(teeth) - at.half_angle_rad);
 }
 
-/* Thickness of the flexspline's external tooth at its tip. */
+/* Thickness of the flexspline's tooth at its tip. */
 static lm_real own_tip_thickness(const lm_mesh *mesh) {
   const lm_geometry *g = &mesh->geometry;
-  return mesh->flank.kind == LM_FLANK_INVOLUTE
-             ? outward_thickness(lm_evaluate_involute(&g->flexspline, g->flexspline_tip_mm),
-                                 g->flexspline_tip_mm)
-             : LM_REAL(2) * mesh->high.across_mm;
+  const lm_real radius = g->flexspline_tip_mm;
+  if (mesh->flank.kind != LM_FLANK_INVOLUTE) {
+    return LM_REAL(2) * lm_evaluate_tooth_flank(&mesh->flank, mesh->flank.high_mm).across_mm;
+  }
+  return g->deformation == LM_INTERNAL
+             ? outward_thickness(lm_evaluate_involute(&g->flexspline, radius), radius)
+             : inward_thickness(lm_evaluate_involute(&g->flexspline, radius), radius,
+                                g->flexspline_teeth);
 }
 
-/* Lower end of the flexspline's flank: the end of the involute cut by the rack, or the root fillet
- * of any other flank. */
-static lm_real own_form_radius(const lm_drive *drive, const lm_mesh *mesh) {
+/* Lower end of the flank of the external teeth: the end of the involute cut by the rack, or the
+ * root fillet of any other flank. */
+static lm_real form_radius(const lm_drive *drive, const lm_mesh *mesh) {
   const lm_teeth *t = &drive->teeth;
+  const int rigid = mesh->geometry.deformation == LM_EXTERNAL;
   lm_tooth_outline outline;
-  if (mesh->flank.kind == LM_FLANK_INVOLUTE) {
-    return lm_rack_form_radius(t, t->flexspline_teeth, t->flexspline_shift);
+  if ((rigid ? mesh->rigid_kind : mesh->flank.kind) == LM_FLANK_INVOLUTE) {
+    return rigid ? lm_rack_form_radius(t, t->rigid_teeth, t->rigid_shift)
+                 : lm_rack_form_radius(t, t->flexspline_teeth, t->flexspline_shift);
   }
-  lm_make_tooth_outline(drive, mesh, 0, &outline);
+  lm_make_tooth_outline(drive, mesh, rigid, &outline);
   return outline.root_mm + outline.form_height_mm;
 }
 
@@ -377,16 +383,14 @@ static void widest_wave(const lm_mesh meshes[], int sections, lm_real *deflectio
 static void check_geometry(const lm_drive *drive, const lm_mesh meshes[], int sections,
                            lm_check checks[]) {
   const lm_geometry *g = &meshes[0].geometry;
-  const lm_teeth *t = &drive->teeth;
   const lm_real tip = TIP_THICKNESS * g->module_mm;
   const lm_real clearance = RADIAL_CLEARANCE * g->module_mm;
   lm_real w;
   lm_real retreat;
   widest_wave(meshes, sections, &w, &retreat);
+  checks[LM_CHECK_FLEXSPLINE_TIP] = at_least(own_tip_thickness(&meshes[0]), tip);
   if (g->deformation == LM_INTERNAL) {
-    checks[LM_CHECK_FORM_RADIUS] =
-        at_least(g->rigid_tip_mm - w, own_form_radius(drive, &meshes[0]));
-    checks[LM_CHECK_FLEXSPLINE_TIP] = at_least(own_tip_thickness(&meshes[0]), tip);
+    checks[LM_CHECK_FORM_RADIUS] = at_least(g->rigid_tip_mm - w, form_radius(drive, &meshes[0]));
     checks[LM_CHECK_RIGID_TIP] =
         at_least(inward_thickness(lm_rigid_flank_at(&meshes[0], g->rigid_tip_mm), g->rigid_tip_mm,
                                   g->rigid_teeth),
@@ -399,13 +403,9 @@ static void check_geometry(const lm_drive *drive, const lm_mesh meshes[], int se
     checks[LM_CHECK_FREE_ASSEMBLY] = at_least(g->rigid_tip_mm - g->flexspline_tip_mm, LM_REAL(0));
   } else {
     checks[LM_CHECK_FORM_RADIUS] =
-        at_least(g->flexspline_tip_mm - w, lm_rack_form_radius(t, t->rigid_teeth, t->rigid_shift));
-    checks[LM_CHECK_FLEXSPLINE_TIP] =
-        at_least(inward_thickness(lm_evaluate_involute(&g->flexspline, g->flexspline_tip_mm),
-                                  g->flexspline_tip_mm, g->flexspline_teeth),
-                 tip);
+        at_least(g->flexspline_tip_mm - w, form_radius(drive, &meshes[0]));
     checks[LM_CHECK_RIGID_TIP] = at_least(
-        outward_thickness(lm_evaluate_involute(&g->rigid, g->rigid_tip_mm), g->rigid_tip_mm), tip);
+        outward_thickness(lm_rigid_flank_at(&meshes[0], g->rigid_tip_mm), g->rigid_tip_mm), tip);
     checks[LM_CHECK_FLEXSPLINE_ROOT] =
         at_least(g->flexspline_root_mm - w - g->rigid_tip_mm, clearance);
     checks[LM_CHECK_RIGID_ROOT] = at_least(g->flexspline_tip_mm - w - g->rigid_root_mm, clearance);

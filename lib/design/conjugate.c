@@ -56,6 +56,8 @@ typedef struct generation {
   const lm_flank *flank;
   const lm_geometry *geometry;
   const lm_neutral_line *line;
+  lm_real sense; /* +1 internal; -1 external: a space of the flexspline leaves a rigid tooth, whose
+                    half angle is the least one: all angles and radii are compared as negatives */
   lm_flank_foot tip;
   lm_placement scan[SCAN_COUNT];
   lm_real scan_lead[SCAN_COUNT];
@@ -85,7 +87,7 @@ static motion move_tooth(const generation *g, lm_real angle) {
   return m;
 }
 
-static swept_point sweep(const motion *m, const lm_flank_foot *foot) {
+static swept_point sweep(const generation *g, const motion *m, const lm_flank_foot *foot) {
   const lm_real c = m->place.tilt_cos;
   const lm_real s = m->place.tilt_sin;
   const lm_real above = foot->along_mm * c - foot->across_mm * s;
@@ -100,9 +102,9 @@ static swept_point sweep(const motion *m, const lm_flank_foot *foot) {
   p.radius_mm = real_sqrt(square);
   p.radius_u = (along * along_u + across * across_u) / p.radius_mm;
   p.radius_phi = (along * along_phi + across * across_phi) / p.radius_mm;
-  p.theta_rad = real_near_atan(across / along) + m->lead_rad;
-  p.theta_u = (along * across_u - across * along_u) / square;
-  p.theta_phi = (along * across_phi - across * along_phi) / square + m->lead_rate;
+  p.theta_rad = g->sense * (real_near_atan(across / along) + m->lead_rad);
+  p.theta_u = g->sense * ((along * across_u - across * along_u) / square);
+  p.theta_phi = g->sense * ((along * across_phi - across * along_phi) / square + m->lead_rate);
   return p;
 }
 
@@ -118,7 +120,7 @@ static lm_real polar_radius(const lm_placement *place, const lm_flank_foot *foot
 /* Parameter of the flank point on a radius: Newton; the flank is nearly radial. */
 static lm_flank_foot foot_on(const generation *g, const lm_placement *place, lm_real radius,
                              int steps) {
-  lm_real u = radius - place->radius_mm + g->flank->neutral_mm;
+  lm_real u = g->sense * (radius - place->radius_mm) + g->flank->neutral_mm;
   lm_flank_foot foot;
   int i;
   for (i = 0;; i++) {
@@ -165,7 +167,7 @@ static lm_real along_radius(const swept_point *p) {
 static maker make_here(const generation *g, const motion *m, lm_real angle, lm_real radius,
                        lm_real *slope) {
   const lm_flank_foot foot = foot_on(g, &m->place, radius, FOOT_STEPS);
-  const swept_point p = sweep(m, &foot);
+  const swept_point p = sweep(g, m, &foot);
   maker found;
   int i;
   found.angle = angle;
@@ -190,7 +192,7 @@ static maker tip_on(const generation *g, lm_real angle, lm_real radius, lm_real 
   int i;
   for (i = 0;; i++) {
     const motion m = move_tooth(g, angle);
-    p = sweep(&m, &g->tip);
+    p = sweep(g, &m, &g->tip);
     if (i == 4) {
       break;
     }
@@ -205,12 +207,12 @@ static maker tip_on(const generation *g, lm_real angle, lm_real radius, lm_real 
   found.piece = g->flank->joints + 1;
   found.rival = 0;
   /* Above 0: the flank reaches further before the corner gets here. */
-  *inside = along_radius(&p) * (p.radius_phi > LM_REAL(0) ? LM_REAL(1) : LM_REAL(-1));
+  *inside = along_radius(&p) * (p.radius_phi > LM_REAL(0) ? g->sense : -g->sense);
   return found;
 }
 
 static int reaches(const generation *g, const lm_placement *place, lm_real radius) {
-  return polar_radius(place, &g->tip) > radius;
+  return g->sense * polar_radius(place, &g->tip) > g->sense * radius;
 }
 
 /* Newton with the slope of a chord from an angle near the maximum, the first step with the slope of
@@ -318,13 +320,14 @@ static maker scan_radius(const generation *g, lm_real radius) {
   int i;
   for (i = 0; i <= SCAN_COUNT; i++) {
     lm_real now = -REAL_INFINITY;
-    if (i < SCAN_COUNT && g->scan_reach[i] > radius) {
+    if (i < SCAN_COUNT && g->sense * g->scan_reach[i] > g->sense * radius) {
       const lm_flank_foot foot = foot_on(g, &g->scan[i], radius, ROUGH_STEPS);
       const lm_placement *p = &g->scan[i];
-      now = real_near_atan(
-                (foot.along_mm * p->tilt_sin + foot.across_mm * p->tilt_cos) /
-                (p->radius_mm + foot.along_mm * p->tilt_cos - foot.across_mm * p->tilt_sin)) +
-            g->scan_lead[i];
+      now = g->sense *
+            (real_near_atan(
+                 (foot.along_mm * p->tilt_sin + foot.across_mm * p->tilt_cos) /
+                 (p->radius_mm + foot.along_mm * p->tilt_cos - foot.across_mm * p->tilt_sin)) +
+             g->scan_lead[i]);
     }
     if (real_isfinite(last) && last >= before && last >= now) {
       candidate[candidates] = SCAN_STEP * LM_REAL(i - 1 - SCAN_BEHIND);
@@ -469,8 +472,20 @@ static lm_real to_crossing(const lm_conjugate *c, const corner *at) {
 #define JOINT_END LM_REAL(1e-9)
 #endif
 
+/* Whether the flank of a tooth reaches less far on a radius a little way towards another angle. */
+#define LITTLE_WAY LM_REAL(0.01)
+
+static int falls_towards(const generation *g, lm_real angle, lm_real other, lm_real radius) {
+  const lm_real at = angle + LITTLE_WAY * (other - angle);
+  const motion m = move_tooth(g, at);
+  lm_real slope;
+  make_here(g, &m, at, radius, &slope);
+  return slope * (other - angle) < LM_REAL(0);
+}
+
 /* Where a joint of the flank passes between two neighbouring pieces of one zone: the angle at which
- * the joint itself generates the flank. 0 if it does not between the last node and `b_place`. */
+ * the joint itself generates the flank. 0 if it does not between the last node and `b_place`: a
+ * joint from which the reach grows on one side is no maximum, and both pieces have their own. */
 static int find_joint(const draft *d, const maker *a, const maker *b, lm_real b_place,
                       lm_real margin, corner *at) {
   const lm_conjugate *c = &d->table;
@@ -496,8 +511,8 @@ static int find_joint(const draft *d, const maker *a, const maker *b, lm_real b_
   {
     const motion from = move_tooth(d->g, low);
     const motion to = move_tooth(d->g, high);
-    const swept_point first = sweep(&from, &foot);
-    const swept_point end = sweep(&to, &foot);
+    const swept_point first = sweep(d->g, &from, &foot);
+    const swept_point end = sweep(d->g, &to, &foot);
     last = along_radius(&first);
     rises = along_radius(&end) > last;
     last_angle = low;
@@ -510,7 +525,7 @@ static int find_joint(const draft *d, const maker *a, const maker *b, lm_real b_
     const motion m = move_tooth(d->g, angle);
     lm_real now;
     lm_real next;
-    p = sweep(&m, &foot);
+    p = sweep(d->g, &m, &foot);
     now = along_radius(&p);
     if (i == JOINT_STEPS || real_fabs(step) <= JOINT_END) {
       break;
@@ -530,7 +545,9 @@ static int find_joint(const draft *d, const maker *a, const maker *b, lm_real b_
     angle = next;
   }
   at->place = real_sqrt((c->top_mm - p.radius_mm) / (c->top_mm - c->low_mm));
-  if (!(at->place > last_place(d) + margin && at->place < b_place - margin)) {
+  if (!(at->place > last_place(d) + margin && at->place < b_place - margin) ||
+      !falls_towards(d->g, angle, a->angle, p.radius_mm) ||
+      !falls_towards(d->g, angle, b->angle, p.radius_mm)) {
     return 0;
   }
   at->before = *a;
@@ -609,7 +626,10 @@ static void add_piece(draft *d, const maker *b, lm_real b_place, const maker *be
   maker a = last_node(d);
   while (!same_maker(&a, b) && d->table.intervals + 2 + rest <= LM_CONJUGATE_INTERVALS_MAX &&
          d->table.corners + 1 < LM_CONJUGATE_CORNERS_MAX) {
-    const corner at = find_corner(d, b, b_place);
+    corner at = find_corner(d, b, b_place);
+    if (!same_maker(&a, &at.before)) { /* another corner lies before it */
+      at = find_corner(d, &at.before, at.place);
+    }
     add_node(d, at.place, &at.before, &at.after);
     a = last_node(d);
   }
@@ -767,12 +787,25 @@ static void displace(lm_conjugate *c, lm_real shift_mm, lm_real backlash_mm) {
   prepare_evaluation(c);
 }
 
+/* The half angles themselves in place of what was compared. */
+static void restore_sense(lm_conjugate *c, lm_real sense) {
+  int i;
+  for (i = 0; i <= c->intervals; i++) {
+    c->half_angle_rad[i] *= sense;
+  }
+  for (i = 0; i < c->intervals; i++) {
+    c->slope_low[i] *= sense;
+    c->slope_high[i] *= sense;
+  }
+}
+
 static void start(generation *g, const lm_flank *flank, const lm_geometry *geometry,
                   const lm_neutral_line *line) {
   int i;
   g->flank = flank;
   g->geometry = geometry;
   g->line = line;
+  g->sense = line->sense;
   g->tip = lm_evaluate_flank(flank, flank->high_mm);
   for (i = 0; i < SCAN_COUNT; i++) {
     const lm_real angle = SCAN_STEP * LM_REAL(i - SCAN_BEHIND);
@@ -798,9 +831,11 @@ lm_status lm_make_conjugate(const lm_flank *flank, const lm_geometry *geometry,
   rough.g = &g;
   rough.table.low_mm = geometry->rigid_tip_mm - shift_mm;
   rough.table.top_mm = g.scan_reach[SCAN_BEHIND];
-  if (!(rough.table.top_mm > rough.table.low_mm + LM_REAL(0.01) * geometry->module_mm)) {
+  if (!(g.sense * (rough.table.top_mm - rough.table.low_mm) >
+        LM_REAL(0.01) * geometry->module_mm)) {
     return refuse_contradiction(fault, "teeth.engagement_depth", rough.table.top_mm,
-                                rough.table.low_mm, REAL_INFINITY);
+                                g.sense > LM_REAL(0) ? rough.table.low_mm : LM_REAL(0),
+                                g.sense > LM_REAL(0) ? REAL_INFINITY : rough.table.low_mm);
   }
   after = scan_radius(&g, radius_at(&rough.table, first_place));
   first_node(&rough, first_place, &after);
@@ -821,27 +856,34 @@ lm_status lm_make_conjugate(const lm_flank *flank, const lm_geometry *geometry,
     }
   }
   refine(&rough, &fine);
-  displace(&fine.table, shift_mm, backlash_mm);
+  restore_sense(&fine.table, g.sense);
+  displace(&fine.table, shift_mm, g.sense * backlash_mm);
   *conjugate = fine.table;
   return LM_OK;
 }
 
 /* --- a flank of points ------------------------------------------------------------------------ */
 
-/* Whether the points form a flank between the tip circle and the flexspline's tip on the axis. */
-static lm_status check_rigid_points(const lm_flank_points *p, const lm_geometry *g, lm_real low_mm,
-                                    lm_real last_mm, lm_fault *fault) {
+/* Whether the points, which end at two radii, form a flank between the tip circle and the
+ * flexspline's tip on the axis. */
+static lm_status check_rigid_points(const lm_flank_points *p, const lm_geometry *g,
+                                    lm_real shift_mm, lm_real inner_mm, lm_real outer_mm,
+                                    lm_fault *fault) {
+  const int internal = g->deformation == LM_INTERNAL;
   const lm_real pitch_half = LM_PI / LM_REAL(g->rigid_teeth);
-  const lm_real reach = g->flexspline_tip_mm + g->deflection_mm;
-  const lm_real land = reach - LM_REAL(LM_CONJUGATE_LAND) * (reach - low_mm);
+  const lm_real tip = g->rigid_tip_mm - shift_mm;
+  const lm_real reach = g->flexspline_tip_mm + (internal ? g->deflection_mm : -g->deflection_mm);
+  const lm_real land = reach - LM_REAL(LM_CONJUGATE_LAND) * (reach - tip) - shift_mm;
+  const lm_real inner = internal ? tip : land; /* radii to which the points have to reach */
+  const lm_real outer = internal ? land : tip;
   int i;
-  if (!(last_mm >= land)) {
-    return refuse_contradiction(fault, "flank.rigid_points, teeth.engagement_depth", last_mm, land,
-                                REAL_INFINITY);
+  if (!(outer_mm >= outer)) {
+    return refuse_contradiction(fault, "flank.rigid_points, teeth.engagement_depth", outer_mm,
+                                outer, REAL_INFINITY);
   }
-  if (!(LM_REAL(p->along_mm[0]) <= low_mm)) {
-    return refuse_contradiction(fault, "flank.rigid_points, teeth.engagement_depth",
-                                LM_REAL(p->along_mm[0]), LM_REAL(0), low_mm);
+  if (!(inner_mm <= inner)) {
+    return refuse_contradiction(fault, "flank.rigid_points, teeth.engagement_depth", inner_mm,
+                                LM_REAL(0), inner);
   }
   for (i = 0; i < p->count; i++) {
     const lm_real width = LM_REAL(p->across_mm[i]);
@@ -864,7 +906,13 @@ static lm_flank flank_of_points(const lm_flank_points *p) {
   flank.points_shift_mm = LM_REAL(0);
   flank.relief_mm = LM_REAL(0);
   flank.joints = 0;
+  flank.inward = 0;
   return flank;
+}
+
+static lm_real radius_of_end(const lm_flank *flank, lm_real parameter_mm) {
+  const lm_flank_foot end = lm_evaluate_flank(flank, parameter_mm);
+  return real_sqrt(end.along_mm * end.along_mm + end.across_mm * end.across_mm);
 }
 
 lm_status lm_tabulate_rigid_points(const lm_flank_points *points, const lm_geometry *geometry,
@@ -873,9 +921,11 @@ lm_status lm_tabulate_rigid_points(const lm_flank_points *points, const lm_geome
   const lm_real first_place = real_sqrt(LM_REAL(LM_CONJUGATE_LAND));
   lm_conjugate made;
   lm_flank flank;
-  lm_flank_foot end;
+  lm_real inner_mm;
+  lm_real outer_mm;
   lm_real last_mm;
   lm_status status;
+  const int internal = geometry != 0 && geometry->deformation == LM_INTERNAL;
   int i;
   if (points == 0 || geometry == 0 || conjugate == 0) {
     return refuse(fault, LM_NULL, points == 0 ? "flank.rigid_points" : "geometry, conjugate");
@@ -891,14 +941,15 @@ lm_status lm_tabulate_rigid_points(const lm_flank_points *points, const lm_geome
     return status;
   }
   flank = flank_of_points(points);
-  end = lm_evaluate_flank(&flank, flank.high_mm);
-  last_mm = real_sqrt(end.along_mm * end.along_mm + end.across_mm * end.across_mm);
+  inner_mm = radius_of_end(&flank, flank.low_mm);
+  outer_mm = radius_of_end(&flank, flank.high_mm);
   made.low_mm = geometry->rigid_tip_mm - shift_mm;
-  status = check_rigid_points(points, geometry, made.low_mm, last_mm + shift_mm, fault);
+  status = check_rigid_points(points, geometry, shift_mm, inner_mm, outer_mm, fault);
   if (status != LM_OK) {
     return status;
   }
   /* The land begins at the last point. */
+  last_mm = internal ? outer_mm : inner_mm;
   made.top_mm = made.low_mm + (last_mm - made.low_mm) / (LM_REAL(1) - LM_REAL(LM_CONJUGATE_LAND));
   made.intervals = LM_CONJUGATE_INTERVALS_MAX;
   made.corners = 0;
@@ -919,7 +970,7 @@ lm_status lm_tabulate_rigid_points(const lm_flank_points *points, const lm_geome
       made.slope_high[i - 1] = slope;
     }
   }
-  displace(&made, shift_mm, backlash_mm);
+  displace(&made, shift_mm, internal ? backlash_mm : -backlash_mm);
   *conjugate = made;
   return LM_OK;
 }
@@ -963,7 +1014,7 @@ lm_involute_point lm_evaluate_conjugate(const lm_conjugate *conjugate, lm_real r
 static lm_real envelope(const generation *g, const lm_flank_foot *foot, lm_real angle,
                         swept_point *p) {
   const motion m = move_tooth(g, angle);
-  *p = sweep(&m, foot);
+  *p = sweep(g, &m, foot);
   return p->theta_phi * p->radius_u - p->theta_u * p->radius_phi;
 }
 
@@ -1001,7 +1052,7 @@ static lm_conjugate_contact find_contact(const generation *g, const lm_flank_foo
   }
   contact.angle_rad = angle;
   contact.radius_mm = p.radius_mm;
-  contact.half_angle_rad = p.theta_rad;
+  contact.half_angle_rad = g->sense * p.theta_rad;
   contact.beyond_mm = (scan_radius(g, p.radius_mm).theta - p.theta_rad) * p.radius_mm;
   return contact;
 }

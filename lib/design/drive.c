@@ -51,22 +51,26 @@ static key_scales scales_of(const lm_drive *drive) {
    LM_REAL(low) * scales.per_##per, LM_REAL(high) * scales.per_##per},
 #define NO_BOUND(id, ...)
 
-/* Each gear has its kinds; only internal deformation has others than involutes. */
+/* Each gear has its kinds. A shift outwards moves the conjugate flank of an internal gear further
+ * into the mesh, and that of an external gear out of it. */
 static lm_status check_flanks(const lm_teeth *t, lm_fault *fault) {
   const int own = (int)t->flexspline_flank;
   const int rigid = (int)t->rigid_flank;
-  const int external = t->deformation == LM_EXTERNAL;
-  const lm_real reach = LM_REAL(0.1) - t->engagement_depth; /* of a conjugate flank, in modules */
-  if (own != LM_FLANK_INVOLUTE && (external || !lm_flank_fits(own, 0))) {
+  const int internal = t->deformation == LM_INTERNAL;
+  const lm_real reach = t->engagement_depth - LM_REAL(0.1); /* of a conjugate flank, in modules */
+  if (!lm_flank_fits(own, 0)) {
     return refuse_contradiction(fault, "teeth.flexspline_flank", LM_REAL(own), LM_REAL(0),
-                                LM_REAL(external ? 0 : LM_FLANK_POINTS));
+                                LM_REAL(LM_FLANK_POINTS));
   }
-  if (rigid != LM_FLANK_INVOLUTE && (external || !lm_flank_fits(rigid, 1))) {
+  if (!lm_flank_fits(rigid, 1)) {
     return refuse_contradiction(fault, "teeth.rigid_flank", LM_REAL(rigid), LM_REAL(0),
-                                LM_REAL(external ? 0 : LM_FLANK_POINTS));
+                                LM_REAL(LM_FLANK_POINTS));
   }
-  if (rigid != LM_FLANK_INVOLUTE && !(t->rigid_shift > reach)) {
-    return refuse_contradiction(fault, "teeth.rigid_shift", t->rigid_shift, reach, REAL_INFINITY);
+  if (rigid != LM_FLANK_INVOLUTE &&
+      !(internal ? t->rigid_shift > -reach : t->rigid_shift < reach)) {
+    return refuse_contradiction(fault, "teeth.rigid_shift", t->rigid_shift,
+                                internal ? -reach : -REAL_INFINITY,
+                                internal ? REAL_INFINITY : reach);
   }
   return LM_OK;
 }
@@ -186,8 +190,10 @@ lm_status lm_check_drive(const lm_drive *drive, lm_fault *fault) {
     status = refuse_contradiction(fault, "planar_only", LM_REAL(1), LM_REAL(0), LM_REAL(0));
   }
   if (status == LM_OK) {
+    lm_geometry deepest = geometry;
     lm_flank flank;
-    status = lm_make_flank(drive, &geometry, 1, &flank, fault);
+    lm_deepen_root(drive, lm_face_places(drive), &deepest);
+    status = lm_make_flank(drive, &deepest, 1, &flank, fault);
   }
   /* A neutral line of few nodes in the widest axial section shows whether there is one. */
   if (status == LM_OK) {

@@ -22,6 +22,22 @@ static lm_flank_foot involute_foot(const lm_flank *flank, lm_real radius_mm) {
   return foot;
 }
 
+/* The same of a tooth that points inwards: the rest of the pitch beside the space. */
+static lm_flank_foot involute_tooth_foot(const lm_flank *flank, lm_real parameter_mm) {
+  const lm_real radius = LM_REAL(2) * flank->neutral_mm - parameter_mm;
+  const lm_involute_point at = lm_evaluate_involute(&flank->involute, radius);
+  const lm_real half = flank->pitch_half_rad - at.half_angle_rad;
+  const lm_real s = real_sin(half);
+  const lm_real c = real_cos(half);
+  lm_flank_foot foot;
+  foot.radius_mm = parameter_mm;
+  foot.across_mm = radius * s;
+  foot.along_mm = flank->neutral_mm - radius * c;
+  foot.across_slope = -s - at.tangent * c;
+  foot.along_slope = c - at.tangent * s;
+  return foot;
+}
+
 /* --- double arc ------------------------------------------------------------------------------- */
 
 static lm_flank_foot arc_foot(const lm_flank *flank, lm_real parameter_mm) {
@@ -47,14 +63,21 @@ static lm_flank_foot arc_foot(const lm_flank *flank, lm_real parameter_mm) {
   return foot;
 }
 
+/* y of the reference circle, displaced as the tool is. */
+static lm_real reference_of(const lm_drive *drive, const lm_geometry *g, const lm_flank *flank) {
+  const lm_real above =
+      g->module_mm * (LM_REAL(g->flexspline_teeth) / LM_REAL(2) + drive->teeth.flexspline_shift) -
+      g->neutral_mm;
+  return flank->inward ? -above : above;
+}
+
 /* Centres, and the tangent that both arcs have in common (theory/flanks.md). */
-static lm_status make_arc(const lm_drive *drive, const lm_geometry *g, lm_double_arc *arc,
+static lm_status make_arc(const lm_drive *drive, const lm_geometry *g, lm_flank *flank,
                           lm_fault *fault) {
   const lm_flank_form *form = &drive->flank;
   const lm_real m = g->module_mm;
-  const lm_real reference =
-      m * (LM_REAL(g->flexspline_teeth) / LM_REAL(2) + drive->teeth.flexspline_shift) -
-      g->neutral_mm;
+  const lm_real reference = reference_of(drive, g, flank);
+  lm_double_arc *arc = &flank->arc;
   lm_real normal_across;
   lm_real normal_along;
   arc->convex_mm = form->rho_a * m;
@@ -99,16 +122,21 @@ static lm_status check_arc(const lm_flank *flank, const lm_geometry *g, lm_fault
   const lm_real root = flank->low_mm - flank->neutral_mm;
   const lm_real m = g->module_mm;
   if (!(tip - arc->convex_along_mm < arc->convex_mm)) {
-    return refuse_contradiction(fault, "flank.rho_a, teeth.tooth_height", arc->convex_mm / m,
-                                (tip - arc->convex_along_mm) / m, REAL_INFINITY);
+    return refuse_contradiction(
+        fault,
+        flank->inward ? "flank.rho_a, teeth.engagement_depth" : "flank.rho_a, teeth.tooth_height",
+        arc->convex_mm / m, (tip - arc->convex_along_mm) / m, REAL_INFINITY);
   }
   if (!(tip > arc->upper_mm)) {
     return refuse_contradiction(fault, "flank.rho_a, flank.X_a", arc->upper_mm / m, root / m,
                                 tip / m);
   }
   if (!(arc->concave_along_mm - root < arc->concave_mm)) {
-    return refuse_contradiction(fault, "flank.rho_f, teeth.root_clearance", arc->concave_mm / m,
-                                (arc->concave_along_mm - root) / m, REAL_INFINITY);
+    return refuse_contradiction(fault,
+                                flank->inward ? "flank.rho_f, generator.deflection_mm"
+                                              : "flank.rho_f, teeth.root_clearance",
+                                arc->concave_mm / m, (arc->concave_along_mm - root) / m,
+                                REAL_INFINITY);
   }
   if (!(root < arc->lower_mm)) {
     return refuse_contradiction(fault, "flank.rho_f, flank.X_f", arc->lower_mm / m, root / m,
@@ -149,16 +177,14 @@ static lm_real tangent_end(lm_real kappa) {
   return LM_REAL(2) * half;
 }
 
-static lm_s_tooth make_s(const lm_drive *drive, const lm_geometry *g) {
+static lm_s_tooth make_s(const lm_drive *drive, const lm_geometry *g, const lm_flank *flank) {
   const lm_flank_form *form = &drive->flank;
   const lm_real m = g->module_mm;
   const lm_real theta = tangent_end(form->kappa);
   lm_s_tooth s;
   s.kappa = form->kappa;
   s.module_mm = m;
-  s.datum_mm =
-      m * (LM_REAL(g->flexspline_teeth) / LM_REAL(2) + drive->teeth.flexspline_shift + form->X_M) -
-      g->neutral_mm;
+  s.datum_mm = reference_of(drive, g, flank) + form->X_M * m;
   s.datum_across_mm = form->s_M * m / LM_REAL(2);
   s.straight_mm = LM_REAL(0.5) * s.kappa * m * (LM_REAL(1) - real_cos(theta));
   s.tangent = LM_REAL(0.25) * m * (theta - s.kappa * real_sin(theta)) / s.straight_mm;
@@ -213,12 +239,16 @@ static lm_status check_s(const lm_flank *flank, lm_fault *fault) {
   const lm_real up = (flank->high_mm - datum) / s->module_mm;
   const lm_real down = (datum - flank->low_mm) / s->module_mm;
   if (!(up < s->kappa)) {
-    return refuse_contradiction(fault, "flank.kappa, teeth.tooth_height", s->kappa, up,
-                                REAL_INFINITY);
+    return refuse_contradiction(
+        fault,
+        flank->inward ? "flank.kappa, teeth.engagement_depth" : "flank.kappa, teeth.tooth_height",
+        s->kappa, up, REAL_INFINITY);
   }
   if (!(down < s->kappa)) {
-    return refuse_contradiction(fault, "flank.kappa, teeth.root_clearance", s->kappa, down,
-                                REAL_INFINITY);
+    return refuse_contradiction(fault,
+                                flank->inward ? "flank.kappa, generator.deflection_mm"
+                                              : "flank.kappa, teeth.root_clearance",
+                                s->kappa, down, REAL_INFINITY);
   }
   return LM_OK;
 }
@@ -237,7 +267,9 @@ typedef struct spline_piece {
 
 static spline_piece find_piece(const lm_flank *flank, lm_real parameter_mm) {
   const lm_flank_points *p = flank->points;
-  const lm_real along = parameter_mm - flank->points_shift_mm;
+  const lm_real radius =
+      flank->inward ? LM_REAL(2) * flank->neutral_mm - parameter_mm : parameter_mm;
+  const lm_real along = radius - flank->points_shift_mm;
   spline_piece piece;
   int low = 0;
   int high = p->count - 1;
@@ -271,6 +303,7 @@ static lm_flank_foot points_foot(const lm_flank *flank, lm_real parameter_mm) {
   foot.across_slope = LM_REAL(6) * p.x * rest * (p.high_mm - p.low_mm) / p.width_mm +
                       rest * (LM_REAL(1) - LM_REAL(3) * p.x) * p.slope_low +
                       p.x * (LM_REAL(1) - LM_REAL(3) * rest) * p.slope_high;
+  foot.across_slope = flank->inward ? -foot.across_slope : foot.across_slope;
   return foot;
 }
 
@@ -288,7 +321,9 @@ static lm_real points_curvature(const lm_flank *flank, lm_real parameter_mm) {
 
 static lm_status check_points(const lm_flank *flank, const lm_geometry *g, lm_fault *fault) {
   const lm_flank_points *p = flank->points;
-  const lm_real m = g->module_mm;
+  const lm_real hair = LM_REAL(1e-6) * g->module_mm;
+  const lm_real inner = flank->inward ? g->flexspline_tip_mm : flank->low_mm;
+  const lm_real outer = flank->inward ? g->flexspline_root_mm : flank->high_mm;
   lm_real first;
   lm_real last;
   int i;
@@ -306,13 +341,17 @@ static lm_status check_points(const lm_flank *flank, const lm_geometry *g, lm_fa
   }
   first = LM_REAL(p->along_mm[0]) + flank->points_shift_mm;
   last = LM_REAL(p->along_mm[p->count - 1]) + flank->points_shift_mm;
-  if (!(last >= flank->high_mm - LM_REAL(1e-6) * m)) {
-    return refuse_contradiction(fault, "flank.points, teeth.tooth_height", last, flank->high_mm,
-                                REAL_INFINITY);
+  if (!(last >= outer - hair)) {
+    return refuse_contradiction(fault,
+                                flank->inward ? "flank.points, generator.deflection_mm"
+                                              : "flank.points, teeth.tooth_height",
+                                last, outer, REAL_INFINITY);
   }
-  if (!(first <= flank->low_mm + LM_REAL(1e-6) * m)) {
-    return refuse_contradiction(fault, "flank.points, teeth.root_clearance", first, LM_REAL(0),
-                                flank->low_mm);
+  if (!(first <= inner + hair)) {
+    return refuse_contradiction(fault,
+                                flank->inward ? "flank.points, teeth.engagement_depth"
+                                              : "flank.points, teeth.root_clearance",
+                                first, LM_REAL(0), inner);
   }
   return LM_OK;
 }
@@ -323,9 +362,10 @@ static lm_status check_points(const lm_flank *flank, const lm_geometry *g, lm_fa
 static lm_status check_thickness(const lm_flank *flank, const lm_geometry *g, const char *tip_keys,
                                  const char *root_keys, lm_fault *fault) {
   const lm_real m = g->module_mm;
-  const lm_real room = LM_PI / LM_REAL(g->flexspline_teeth) * flank->low_mm;
-  const lm_real tip = lm_evaluate_flank(flank, flank->high_mm).across_mm;
-  const lm_real root = lm_evaluate_flank(flank, flank->low_mm).across_mm;
+  const lm_real room = LM_PI / LM_REAL(g->flexspline_teeth) *
+                       (flank->inward ? g->flexspline_root_mm : flank->low_mm);
+  const lm_real tip = lm_evaluate_tooth_flank(flank, flank->high_mm).across_mm;
+  const lm_real root = lm_evaluate_tooth_flank(flank, flank->low_mm).across_mm;
   if (!(tip > LM_REAL(0))) {
     return refuse_contradiction(fault, tip_keys, tip / m, LM_REAL(0), REAL_INFINITY);
   }
@@ -345,7 +385,7 @@ static lm_status make_double_arc(const lm_drive *drive, const lm_geometry *g, lm
                                  lm_fault *fault) {
   lm_status status = check_form(&drive->flank, fault);
   if (status == LM_OK) {
-    status = make_arc(drive, g, &flank->arc, fault);
+    status = make_arc(drive, g, flank, fault);
   }
   if (status == LM_OK) {
     status = check_arc(flank, g, fault);
@@ -365,13 +405,16 @@ static lm_status make_s_tooth(const lm_drive *drive, const lm_geometry *g, lm_fl
     status = check_range(fault, "flank.s_M", drive->flank.s_M, LM_REAL(0.5), LM_REAL(2.5));
   }
   if (status == LM_OK) {
-    flank->s = make_s(drive, g);
+    flank->s = make_s(drive, g, flank);
     status = check_s(flank, fault);
   }
   if (status == LM_OK) {
     join(flank, flank->s.datum_mm - flank->s.straight_mm, flank->s.datum_mm + flank->s.straight_mm);
-    status = check_thickness(flank, g, "flank.s_M, teeth.tooth_height",
-                             "flank.s_M, teeth.root_clearance", fault);
+    status = check_thickness(
+        flank, g,
+        flank->inward ? "flank.s_M, teeth.engagement_depth" : "flank.s_M, teeth.tooth_height",
+        flank->inward ? "flank.s_M, generator.deflection_mm" : "flank.s_M, teeth.root_clearance",
+        fault);
   }
   return status;
 }
@@ -383,8 +426,12 @@ static lm_status make_points(const lm_drive *drive, const lm_geometry *g, lm_fla
   flank->points_shift_mm = drive->teeth.flexspline_shift * g->module_mm;
   status = check_points(flank, g, fault);
   if (status == LM_OK) {
-    status = check_thickness(flank, g, "flank.points, teeth.tooth_height",
-                             "flank.points, teeth.root_clearance", fault);
+    status = check_thickness(
+        flank, g,
+        flank->inward ? "flank.points, teeth.engagement_depth" : "flank.points, teeth.tooth_height",
+        flank->inward ? "flank.points, generator.deflection_mm"
+                      : "flank.points, teeth.root_clearance",
+        fault);
   }
   return status;
 }
@@ -430,7 +477,8 @@ static lm_flank_foot foot_of_kind(const lm_flank *flank, lm_real parameter_mm) {
     case LM_FLANK_POINTS:
       return points_foot(flank, parameter_mm);
     default:
-      return involute_foot(flank, parameter_mm);
+      return flank->inward ? involute_tooth_foot(flank, parameter_mm)
+                           : involute_foot(flank, parameter_mm);
   }
 }
 
@@ -449,13 +497,21 @@ lm_status lm_make_flank(const lm_drive *drive, const lm_geometry *geometry, int 
   made.points = 0;
   made.points_shift_mm = LM_REAL(0);
   made.relief_mm = relieved ? drive->flank.tip_relief_mm : LM_REAL(0);
+  made.inward = g->deformation == LM_EXTERNAL &&
+                (made.kind != LM_FLANK_INVOLUTE || drive->teeth.rigid_flank != LM_FLANK_INVOLUTE ||
+                 drive->flank.tip_relief_mm > LM_REAL(0));
+  made.pitch_half_rad = LM_PI / LM_REAL(g->flexspline_teeth);
+  made.pitch_half_sin = real_sin(made.pitch_half_rad);
+  made.pitch_half_cos = real_cos(made.pitch_half_rad);
   if (g->deformation == LM_INTERNAL) {
     made.low_mm = g->flexspline_root_mm;
     made.high_mm = g->flexspline_tip_mm;
+  } else if (made.inward) {
+    made.low_mm = LM_REAL(2) * g->neutral_mm - g->flexspline_root_mm;
+    made.high_mm = LM_REAL(2) * g->neutral_mm - g->flexspline_tip_mm;
   } else {
     made.low_mm = g->flexspline_tip_mm;
     made.high_mm = g->flexspline_root_mm;
-    made.relief_mm = LM_REAL(0);
   }
   made.relief_from_mm = made.high_mm - drive->flank.tip_relief_height * g->module_mm;
   status = made.kind == LM_FLANK_INVOLUTE || lm_flank_fits((int)made.kind, 0)
@@ -467,7 +523,7 @@ lm_status lm_make_flank(const lm_drive *drive, const lm_geometry *geometry, int 
   return status;
 }
 
-lm_flank_foot lm_evaluate_flank(const lm_flank *flank, lm_real parameter_mm) {
+lm_flank_foot lm_evaluate_tooth_flank(const lm_flank *flank, lm_real parameter_mm) {
   lm_flank_foot foot = foot_of_kind(flank, parameter_mm);
   if (flank->relief_mm > LM_REAL(0) && parameter_mm > flank->relief_from_mm) {
     const lm_real height = flank->high_mm - flank->relief_from_mm;
@@ -476,6 +532,26 @@ lm_flank_foot lm_evaluate_flank(const lm_flank *flank, lm_real parameter_mm) {
     foot.across_slope -= LM_REAL(2) * flank->relief_mm * share / height;
   }
   return foot;
+}
+
+/* The space beside the tooth, at growing angles: the tooth's flank at falling angles, turned by half
+ * a pitch. */
+static lm_flank_foot beside_space(const lm_flank *flank, const lm_flank_foot *own) {
+  const lm_real s = flank->pitch_half_sin;
+  const lm_real c = flank->pitch_half_cos;
+  const lm_real height = flank->neutral_mm - own->along_mm;
+  lm_flank_foot foot;
+  foot.radius_mm = own->radius_mm;
+  foot.along_mm = height * c + own->across_mm * s - flank->neutral_mm;
+  foot.across_mm = height * s - own->across_mm * c;
+  foot.along_slope = own->across_slope * s - own->along_slope * c;
+  foot.across_slope = -own->along_slope * s - own->across_slope * c;
+  return foot;
+}
+
+lm_flank_foot lm_evaluate_flank(const lm_flank *flank, lm_real parameter_mm) {
+  const lm_flank_foot own = lm_evaluate_tooth_flank(flank, parameter_mm);
+  return flank->inward ? beside_space(flank, &own) : own;
 }
 
 lm_real lm_flank_curvature(const lm_flank *flank, lm_real parameter_mm) {
@@ -493,12 +569,17 @@ lm_real lm_flank_curvature(const lm_flank *flank, lm_real parameter_mm) {
     return along > flank->arc.lower_mm ? LM_REAL(0) : LM_REAL(-1) / flank->arc.concave_mm;
   }
   /* The string unrolled from the base circle is the radius of curvature. */
-  return LM_REAL(1) /
-         (flank->involute.base_mm * lm_evaluate_involute(&flank->involute, parameter_mm).tangent);
+  {
+    const lm_real radius =
+        flank->inward ? LM_REAL(2) * flank->neutral_mm - parameter_mm : parameter_mm;
+    const lm_real curvature = LM_REAL(1) / (flank->involute.base_mm *
+                                            lm_evaluate_involute(&flank->involute, radius).tangent);
+    return flank->inward ? -curvature : curvature;
+  }
 }
 
 lm_real lm_flank_at_radius(const lm_flank *flank, lm_real radius_mm) {
-  lm_real parameter = radius_mm;
+  lm_real parameter = flank->inward ? LM_REAL(2) * flank->neutral_mm - radius_mm : radius_mm;
   int i;
   if (flank->kind != LM_FLANK_INVOLUTE) {
     for (i = 0; i < RADIUS_STEPS; i++) {

@@ -97,11 +97,12 @@ lm_status lm_make_geometry(const lm_teeth *teeth, lm_real deflection_mm, lm_real
     }
   } else {
     make_external(teeth, deflection_mm, rim_thickness_mm, &g);
-    if (!(g.rigid_tip_mm > g.rigid.base_mm)) {
+    if (teeth->rigid_flank == LM_FLANK_INVOLUTE && !(g.rigid_tip_mm > g.rigid.base_mm)) {
       return refuse_contradiction(fault, "teeth.tooth_height", g.rigid_tip_mm, g.rigid.base_mm,
                                   REAL_INFINITY);
     }
-    if (!(g.flexspline_tip_mm > g.flexspline.base_mm)) {
+    if (teeth->flexspline_flank == LM_FLANK_INVOLUTE &&
+        !(g.flexspline_tip_mm > g.flexspline.base_mm)) {
       return refuse_contradiction(fault, "teeth.engagement_depth", g.flexspline_tip_mm,
                                   g.flexspline.base_mm, REAL_INFINITY);
     }

@@ -388,10 +388,11 @@ static void look_at_corner(const flank_pair *pair, lm_real radius, const flank_p
 /* Both flanks may bend either way, so the gap is sampled along the flexspline's flank; the lowest
  * sample, the lowest corner of the rigid flank, or the lowest minimum that two slopes enclose. No
  * bracket contains a corner: the slope jumps there, and the search for a smooth minimum would not
- * converge. The samples rise; the corners are listed with falling radii, and the land is above all
- * of them. */
+ * converge. The samples go from root to tip; the corners are listed the other way, and the land is
+ * beyond all of them. */
 static flank_point general_minimum(const flank_pair *pair, const flank_point sample[], int count) {
   const lm_conjugate *rigid = &pair->mesh->conjugate;
+  const lm_real sense = pair->mesh->line.sense;
   int corner = pair->mesh->rigid_kind != LM_FLANK_INVOLUTE ? rigid->corners - 1 : -2;
   flank_point best = sample[0];
   int i;
@@ -403,10 +404,10 @@ static flank_point general_minimum(const flank_pair *pair, const flank_point sam
     flank_point before = sample[i - 1];
     for (; corner >= -1; corner--) {
       const lm_real radius = corner < 0 ? rigid->land_mm : rigid->corner_mm[corner];
-      if (!(radius < high->radius_mm)) {
+      if (!(sense * radius < sense * high->radius_mm)) {
         break;
       }
-      if (radius > before.radius_mm &&
+      if (sense * radius > sense * before.radius_mm &&
           (corner < 0 || floor_between(&before, high) < best.gap_rad)) {
         look_at_corner(pair, radius, high, &before, &best);
       }
@@ -418,7 +419,7 @@ static flank_point general_minimum(const flank_pair *pair, const flank_point sam
 
 static int is_involute_pair(const lm_mesh *mesh) {
   return mesh->flank.kind == LM_FLANK_INVOLUTE && mesh->rigid_kind == LM_FLANK_INVOLUTE &&
-         !(mesh->flank.relief_mm > LM_REAL(0));
+         !(mesh->flank.relief_mm > LM_REAL(0)) && !mesh->flank.inward;
 }
 
 /* The flank point on a polar radius within the flank, and the number of samples of the mesh below
@@ -460,19 +461,21 @@ static lm_real lowest_between(const flank_point *low, const flank_point *high, i
 static int stays_beyond(const flank_pair *pair, const flank_point sample[], int count,
                         lm_real limit_rad, flank_point *lowest) {
   const lm_conjugate *rigid = &pair->mesh->conjugate;
+  const lm_real sense = pair->mesh->line.sense;
   const int generated = pair->mesh->rigid_kind != LM_FLANK_INVOLUTE;
   int corner = generated ? rigid->corners - 1 : -1;
   lm_real floor = sample[0].gap_rad;
   int i;
-  if (generated && sample[count - 1].radius_mm > rigid->land_mm) {
+  if (generated && sense * sample[count - 1].radius_mm > sense * rigid->land_mm) {
     return 0;
   }
   *lowest = sample[0];
   for (i = 1; i < count && floor > limit_rad; i++) {
     int has_corner = 0;
     lm_real between;
-    for (; corner >= 0 && rigid->corner_mm[corner] < sample[i].radius_mm; corner--) {
-      has_corner |= rigid->corner_mm[corner] > sample[i - 1].radius_mm;
+    for (; corner >= 0 && sense * rigid->corner_mm[corner] < sense * sample[i].radius_mm;
+         corner--) {
+      has_corner |= sense * rigid->corner_mm[corner] > sense * sample[i - 1].radius_mm;
     }
     between = lowest_between(&sample[i - 1], &sample[i], has_corner);
     floor = between < floor ? between : floor;
@@ -482,9 +485,17 @@ static int stays_beyond(const flank_pair *pair, const flank_point sample[], int 
   return floor > limit_rad;
 }
 
+/* at_low, at_high: radii of root and tip. The rigid gear's flank goes from its tip, which meets the
+ * flexspline's root, to its own root. */
 static lm_gap general_gap(const flank_pair *pair, lm_real at_low, lm_real at_high,
                           lm_real limit_rad) {
   const lm_mesh *mesh = pair->mesh;
+  const lm_real sense = mesh->line.sense;
+  const int internal = sense > LM_REAL(0);
+  const lm_real rigid_tip = internal ? mesh->polar_low_mm : mesh->polar_high_mm;
+  const lm_real rigid_end = internal ? mesh->polar_high_mm : mesh->polar_low_mm;
+  const int beyond_tip = sense * at_low < sense * rigid_tip;
+  const int beyond_end = sense * at_high > sense * rigid_end;
   flank_point point[LM_FLANK_SAMPLES_MAX + 2];
   flank_point nearest;
   lm_gap gap;
@@ -492,18 +503,20 @@ static lm_gap general_gap(const flank_pair *pair, lm_real at_low, lm_real at_hig
   int end = mesh->samples;
   int count = 0;
   int i;
-  if (at_low < mesh->polar_low_mm) {
-    point[count++] = general_on_radius(pair, at_low, at_high, mesh->polar_low_mm, &first);
+  if (!(sense * at_high > sense * rigid_tip && sense * at_low < sense * rigid_end)) {
+    return no_overlap();
+  }
+  if (beyond_tip) {
+    point[count++] = general_on_radius(pair, at_low, at_high, rigid_tip, &first);
     first += first < end && !(mesh->sample[first].radius_mm > point[0].foot_mm);
   }
-  if (at_high > mesh->polar_high_mm) {
-    point[LM_FLANK_SAMPLES_MAX + 1] =
-        general_on_radius(pair, at_low, at_high, mesh->polar_high_mm, &end);
+  if (beyond_end) {
+    point[LM_FLANK_SAMPLES_MAX + 1] = general_on_radius(pair, at_low, at_high, rigid_end, &end);
   }
   for (i = first; i < end; i++) {
     point[count++] = general_foot(pair, &mesh->sample[i]);
   }
-  if (at_high > mesh->polar_high_mm) {
+  if (beyond_end) {
     point[count++] = point[LM_FLANK_SAMPLES_MAX + 1];
   }
   gap.is_bound = limit_rad < REAL_INFINITY && stays_beyond(pair, point, count, limit_rad, &nearest);
@@ -528,11 +541,11 @@ static lm_gap flank_gap(const flank_pair *pair, lm_real limit_rad) {
   flank_point high;
   flank_point low;
   lm_gap gap;
-  if (at_high <= mesh->polar_low_mm || at_low >= mesh->polar_high_mm) {
-    return no_overlap();
-  }
   if (!is_involute_pair(mesh)) {
     return general_gap(pair, at_low, at_high, limit_rad);
+  }
+  if (at_high <= mesh->polar_low_mm || at_low >= mesh->polar_high_mm) {
+    return no_overlap();
   }
   low = at_low < mesh->polar_low_mm ? point_on_radius(pair, mesh->polar_low_mm, at_low, at_high)
                                     : evaluate_foot(pair, &mesh->low);
@@ -579,8 +592,8 @@ static void sample_flank(lm_mesh *mesh) {
 }
 
 /* The flexspline's flank runs from its tip or base circle to its root, the rigid one from its root
- * or base circle to its tip; the root of an internal rigid gear is no limit, because a separate
- * check examines it.
+ * or base circle to its tip; the root of an internal rigid gear, and that below the radial land of
+ * any, is no limit, because a separate check examines it.
  */
 static void limit_flanks(lm_mesh *mesh) {
   const lm_geometry *g = &mesh->geometry;
@@ -592,6 +605,7 @@ static void limit_flanks(lm_mesh *mesh) {
   } else {
     const int below = g->rigid_root_mm < g->rigid.base_mm;
     mesh->polar_low_mm = below ? g->rigid.base_mm : g->rigid_root_mm;
+    mesh->polar_low_mm = mesh->rigid_kind == LM_FLANK_INVOLUTE ? mesh->polar_low_mm : LM_REAL(0);
     mesh->polar_high_mm = g->rigid_tip_mm;
   }
   if (!is_involute_pair(mesh)) {
@@ -612,9 +626,8 @@ lm_real lm_section_factor(const lm_drive *drive, int section, int sections) {
   return factor_at(drive, lm_section_place(section, sections));
 }
 
-/* The root that the rack does not cut is as deep as the opposite tip requires, which reaches
- * furthest in the section of the largest wave. */
-static void deepen_root(const lm_drive *drive, int sections, lm_geometry *g) {
+void lm_deepen_root(const lm_drive *drive, int sections, lm_geometry *geometry) {
+  lm_geometry *g = geometry;
   const lm_real wider =
       g->deflection_mm * (lm_section_factor(drive, sections - 1, sections) - LM_REAL(1));
   if (sections < 2) {
@@ -656,7 +669,7 @@ static lm_status make_section(const lm_drive *drive, int sections, lm_real secti
                               drive->flexspline.rim_thickness_mm, &geometry, fault);
   }
   if (status == LM_OK) {
-    deepen_root(drive, sections, &geometry);
+    lm_deepen_root(drive, sections, &geometry);
     status = lm_make_neutral_line(&drive->generator, drive->teeth.deformation, geometry.neutral_mm,
                                   drive->generator.deflection_mm * section_factor, nodes,
                                   &mesh->line, fault);
@@ -764,11 +777,16 @@ lm_clearance lm_tooth_clearance(const lm_mesh *mesh, lm_real angle_rad) {
   return clearance_within(mesh, angle_rad, REAL_INFINITY, REAL_INFINITY);
 }
 
-/* The tip that leaves the overlap first, and its remaining reach into the other gear. */
+/* Tip of the flexspline, which leaves the overlap first. */
+static const lm_flank_foot *tip_of(const lm_mesh *mesh) {
+  return mesh->line.sense > LM_REAL(0) || mesh->flank.inward ? &mesh->high : &mesh->low;
+}
+
+/* Its remaining reach into the other gear. */
 static lm_real overlap_depth(const flank_pair *pair) {
   const lm_mesh *mesh = pair->mesh;
-  return mesh->line.sense > LM_REAL(0) ? polar_radius(pair, &mesh->high) - mesh->polar_low_mm
-                                       : mesh->polar_high_mm - polar_radius(pair, &mesh->low);
+  const lm_real reach = polar_radius(pair, tip_of(mesh));
+  return mesh->line.sense > LM_REAL(0) ? reach - mesh->polar_low_mm : mesh->polar_high_mm - reach;
 }
 
 static lm_real depth_at(const lm_mesh *mesh, lm_real angle_rad, int forward) {
@@ -813,7 +831,7 @@ lm_clearance_end lm_find_overlap_end(const lm_mesh *mesh, lm_real inside_rad, lm
     angle -= depth_at(mesh, angle, forward) / slope;
   }
   pair = place_pair(mesh, angle, forward);
-  tip = evaluate_foot(&pair, mesh->line.sense > LM_REAL(0) ? &mesh->high : &mesh->low);
+  tip = evaluate_foot(&pair, tip_of(mesh));
   end.angle_rad = angle;
   end.gap.gap_rad = tip.gap_rad;
   end.gap.radius_mm = tip.radius_mm;

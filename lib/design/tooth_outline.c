@@ -22,18 +22,36 @@
 /* Sections on the fillet and on the flank that are compared for the largest stress. */
 #define LEWIS_SECTIONS 16
 
+/* From root to tip. */
+static lm_real up(const lm_tooth_outline *o) {
+  return o->outward ? LM_REAL(1) : LM_REAL(-1);
+}
+
+/* Whether heights are along the radius, and widths along the circumference. */
+static int is_polar(const lm_tooth_outline *o) {
+  return o->rigid || !o->outward;
+}
+
 lm_outline_point lm_outline_flank(const lm_tooth_outline *outline, lm_real height_mm) {
   const lm_mesh *mesh = outline->mesh;
   lm_outline_point point;
   if (outline->rigid) {
-    const lm_real radius = outline->root_mm - height_mm;
+    const lm_real radius = outline->root_mm + up(outline) * height_mm;
     const lm_involute_point at = lm_rigid_flank_at(mesh, radius);
-    const lm_real half = LM_PI / LM_REAL(mesh->geometry.rigid_teeth) - at.half_angle_rad;
+    const lm_real half = outline->outward
+                             ? at.half_angle_rad
+                             : LM_PI / LM_REAL(mesh->geometry.rigid_teeth) - at.half_angle_rad;
     point.half_mm = radius * half;
-    point.angle_rad = at.pressure_angle_rad + half;
-  } else {
+    point.angle_rad = at.pressure_angle_rad - up(outline) * half;
+  } else if (outline->outward) {
     const lm_flank_foot foot = lm_evaluate_flank(&mesh->flank, outline->root_mm + height_mm);
     point.half_mm = foot.across_mm;
+    point.angle_rad = real_atan(-foot.across_slope / foot.along_slope);
+  } else {
+    const lm_flank *flank = &mesh->flank;
+    const lm_real radius = outline->root_mm - height_mm;
+    const lm_flank_foot foot = lm_evaluate_tooth_flank(flank, lm_flank_at_radius(flank, radius));
+    point.half_mm = radius * real_atan(foot.across_mm / (flank->neutral_mm - foot.along_mm));
     point.angle_rad = real_atan(-foot.across_slope / foot.along_slope);
   }
   return point;
@@ -50,8 +68,8 @@ static lm_real angle_in_fillet(const lm_tooth_outline *o, lm_real radius_mm) {
 /* Point of the flank in polar coordinates about the gear's centre, from the tooth's axis. */
 static void to_polar(const lm_tooth_outline *o, const lm_outline_point *at, lm_real height,
                      lm_real *radius, lm_real *angle) {
-  if (o->rigid) {
-    *radius = o->root_mm - height;
+  if (is_polar(o)) {
+    *radius = o->root_mm + up(o) * height;
     *angle = at->half_mm / *radius;
   } else {
     const lm_real along = o->root_mm + height;
@@ -63,16 +81,15 @@ static void to_polar(const lm_tooth_outline *o, const lm_outline_point *at, lm_r
 /* Excess height above the root circle of the centre of an arc that touches the flank there. */
 static lm_real centre_too_high(lm_tooth_outline *o, lm_real height) {
   const lm_outline_point at = lm_outline_flank(o, height);
-  const lm_real up = o->rigid ? LM_REAL(-1) : LM_REAL(1); /* from root to tip */
   lm_real radius;
   lm_real angle;
   lm_real along;
   lm_real across;
   to_polar(o, &at, height, &radius, &angle);
   /* from the point along the normal, in the directions of its radius and across it */
-  along = radius + up * o->fillet_mm * real_sin(at.angle_rad + up * angle);
-  across = o->fillet_mm * real_cos(at.angle_rad + up * angle);
-  return up * (real_sqrt(along * along + across * across) - o->centre_mm);
+  along = radius + up(o) * o->fillet_mm * real_sin(at.angle_rad + up(o) * angle);
+  across = o->fillet_mm * real_cos(at.angle_rad + up(o) * angle);
+  return up(o) * (real_sqrt(along * along + across * across) - o->centre_mm);
 }
 
 /* A property of the outline that grows with one of its dimensions. */
@@ -119,7 +136,8 @@ static lm_real zero_between(property of, lm_tooth_outline *o, lm_real a, lm_real
 static lm_real find_form(lm_tooth_outline *o) {
   const lm_mesh *mesh = o->mesh;
   const lm_real tooth =
-      o->rigid ? o->root_mm - mesh->geometry.rigid_tip_mm : mesh->flank.high_mm - o->root_mm;
+      up(o) *
+      ((o->rigid ? mesh->geometry.rigid_tip_mm : mesh->geometry.flexspline_tip_mm) - o->root_mm);
   lm_real low = LM_REAL(0);
   lm_real at_low = centre_too_high(o, LM_REAL(0));
   lm_real high = LM_REAL(2) * o->fillet_mm;
@@ -127,8 +145,8 @@ static lm_real find_form(lm_tooth_outline *o) {
   if (!(at_low < LM_REAL(0))) {
     return LM_REAL(0);
   }
-  if (o->rigid && o->root_mm - mesh->conjugate.land_mm > LM_REAL(0)) {
-    const lm_real edge = o->root_mm - mesh->conjugate.land_mm;
+  if (o->rigid && up(o) * (mesh->conjugate.land_mm - o->root_mm) > LM_REAL(0)) {
+    const lm_real edge = up(o) * (mesh->conjugate.land_mm - o->root_mm);
     const lm_real aside = EDGE_MODULES * mesh->geometry.module_mm;
     const lm_real on_land = centre_too_high(o, edge - aside);
     const lm_real on_flank = centre_too_high(o, edge + aside);
@@ -155,7 +173,7 @@ static lm_real fillet_too_wide(lm_tooth_outline *o, lm_real fillet_mm) {
   lm_real radius;
   lm_real angle;
   o->fillet_mm = fillet_mm;
-  o->centre_mm = o->root_mm + (o->rigid ? -fillet_mm : fillet_mm);
+  o->centre_mm = o->root_mm + up(o) * fillet_mm;
   o->form_height_mm = find_form(o);
   at = lm_outline_flank(o, o->form_height_mm);
   to_polar(o, &at, o->form_height_mm, &radius, &angle);
@@ -170,7 +188,8 @@ void lm_make_tooth_outline(const lm_drive *drive, const lm_mesh *mesh, int rigid
   lm_real too_wide;
   outline->mesh = mesh;
   outline->rigid = rigid;
-  outline->root_mm = rigid ? mesh->geometry.rigid_root_mm : mesh->flank.low_mm;
+  outline->outward = rigid == (mesh->geometry.deformation == LM_EXTERNAL);
+  outline->root_mm = rigid ? mesh->geometry.rigid_root_mm : mesh->geometry.flexspline_root_mm;
   too_wide = fillet_too_wide(outline, rounding);
   if (too_wide > LM_REAL(0)) { /* a full fillet, centred in the space */
     const lm_real narrow = FULL_SHARE * rounding;
@@ -184,16 +203,17 @@ void lm_make_tooth_outline(const lm_drive *drive, const lm_mesh *mesh, int rigid
 /* lm_outline_flank without the angle. */
 static lm_real flank_half(const lm_tooth_outline *o, lm_real height_mm) {
   const lm_mesh *mesh = o->mesh;
-  const lm_real radius = o->root_mm - height_mm;
+  const lm_real radius = o->root_mm + up(o) * height_mm;
   lm_real tangent;
-  if (!o->rigid) {
+  lm_real half;
+  if (!is_polar(o)) {
     return lm_evaluate_flank(&mesh->flank, o->root_mm + height_mm).across_mm;
   }
-  if (mesh->rigid_kind == LM_FLANK_INVOLUTE) {
+  if (!o->rigid || mesh->rigid_kind == LM_FLANK_INVOLUTE) {
     return lm_outline_flank(o, height_mm).half_mm;
   }
-  return radius * (LM_PI / LM_REAL(mesh->geometry.rigid_teeth) -
-                   lm_conjugate_half_angle(&mesh->conjugate, radius, &tangent));
+  half = lm_conjugate_half_angle(&mesh->conjugate, radius, &tangent);
+  return radius * (o->outward ? half : LM_PI / LM_REAL(mesh->geometry.rigid_teeth) - half);
 }
 
 lm_real lm_outline_half(const lm_tooth_outline *outline, lm_real height_mm) {
@@ -201,8 +221,8 @@ lm_real lm_outline_half(const lm_tooth_outline *outline, lm_real height_mm) {
   if (height_mm >= o->form_height_mm) {
     return flank_half(o, height_mm);
   }
-  if (o->rigid) {
-    const lm_real radius = o->root_mm - height_mm;
+  if (is_polar(o)) {
+    const lm_real radius = o->root_mm + up(o) * height_mm;
     return radius * (o->centre_rad - angle_in_fillet(o, radius));
   }
   {

@@ -112,6 +112,43 @@ static lm_real larger(lm_real a, lm_real b) {
   return a > b ? a : b;
 }
 
+static lm_status give_of_outline(const lm_drive *drive, const lm_mesh *mesh, int rigid,
+                                 lm_real low_mm, lm_real high_mm, lm_give_table *table,
+                                 lm_fault *fault) {
+  lm_tooth_outline own;
+  lm_make_tooth_outline(drive, mesh, rigid, &own);
+  return tabulate_outline(&own, low_mm, high_mm, drive, table, fault);
+}
+
+/* External deformation: the flexspline's teeth point inward, */
+static lm_status give_of_ring_teeth(const lm_drive *drive, const lm_mesh *mesh, lm_real high_mm,
+                                    lm_give_table *table, lm_fault *fault) {
+  const lm_geometry *g = &mesh->geometry;
+  const lm_teeth *t = &drive->teeth;
+  lm_involute_tooth inward;
+  const lm_status status = lm_make_involute_tooth(
+      LM_TOOTH_INWARD, t->module_mm, t->flexspline_teeth, t->flexspline_shift,
+      t->pressure_angle_rad, g->flexspline_root_mm, &inward, fault);
+  return status != LM_OK
+             ? status
+             : tabulate_give(&inward, &g->flexspline, LM_PI / LM_REAL(t->flexspline_teeth),
+                             g->flexspline_tip_mm, high_mm, drive, table, fault);
+}
+
+/* the rigid gear's outward. */
+static lm_status give_of_rigid_teeth(const lm_drive *drive, const lm_mesh *mesh, lm_real low_mm,
+                                     lm_give_table *table, lm_fault *fault) {
+  const lm_geometry *g = &mesh->geometry;
+  const lm_teeth *t = &drive->teeth;
+  lm_involute_tooth outward;
+  const lm_status status =
+      lm_make_involute_tooth(LM_TOOTH_OUTWARD, t->module_mm, t->rigid_teeth, t->rigid_shift,
+                             t->pressure_angle_rad, g->rigid_root_mm, &outward, fault);
+  return status != LM_OK ? status
+                         : tabulate_give(&outward, &g->rigid, LM_REAL(0), low_mm, g->rigid_tip_mm,
+                                         drive, table, fault);
+}
+
 /* Internal deformation: the flexspline's teeth point outward, */
 static lm_status give_of_external_teeth(const lm_drive *drive, const lm_mesh *mesh, lm_real hair,
                                         lm_give_table *table, lm_fault *fault) {
@@ -121,9 +158,7 @@ static lm_status give_of_external_teeth(const lm_drive *drive, const lm_mesh *me
   lm_involute_tooth outward;
   lm_status status;
   if (mesh->flank.kind != LM_FLANK_INVOLUTE) {
-    lm_tooth_outline own;
-    lm_make_tooth_outline(drive, mesh, 0, &own);
-    return tabulate_outline(&own, low + hair, g->flexspline_tip_mm, drive, table, fault);
+    return give_of_outline(drive, mesh, 0, low + hair, g->flexspline_tip_mm, table, fault);
   }
   status = lm_make_involute_tooth(LM_TOOTH_OUTWARD, t->module_mm, t->flexspline_teeth,
                                   t->flexspline_shift, t->pressure_angle_rad, g->flexspline_root_mm,
@@ -143,9 +178,7 @@ static lm_status give_of_internal_teeth(const lm_drive *drive, const lm_mesh *me
   lm_involute_tooth inward;
   lm_status status;
   if (mesh->rigid_kind != LM_FLANK_INVOLUTE) {
-    lm_tooth_outline own;
-    lm_make_tooth_outline(drive, mesh, 1, &own);
-    return tabulate_outline(&own, g->rigid_tip_mm, high, drive, table, fault);
+    return give_of_outline(drive, mesh, 1, g->rigid_tip_mm, high, table, fault);
   }
   status = lm_make_involute_tooth(LM_TOOTH_INWARD, t->module_mm, t->rigid_teeth, t->rigid_shift,
                                   t->pressure_angle_rad, g->rigid_root_mm, &inward, fault);
@@ -159,11 +192,8 @@ static lm_status give_of_internal_teeth(const lm_drive *drive, const lm_mesh *me
 static lm_status prepare_give(const lm_drive *drive, const lm_mesh *mesh, lm_pair_give *give,
                               lm_fault *fault) {
   const lm_geometry *g = &mesh->geometry;
-  const lm_teeth *t = &drive->teeth;
   const lm_real w = g->deflection_mm;
   const lm_real hair = LM_REAL(0.02) * g->module_mm;
-  lm_involute_tooth outward;
-  lm_involute_tooth inward;
   lm_status status;
   give->fixed_mm_per_N = drive->support.tooth_compliance_mm_per_N;
   if (give->fixed_mm_per_N > LM_REAL(0)) {
@@ -175,23 +205,18 @@ static lm_status prepare_give(const lm_drive *drive, const lm_mesh *mesh, lm_pai
       status = give_of_internal_teeth(drive, mesh, &give->rigid, fault);
     }
   } else {
-    status = lm_make_involute_tooth(LM_TOOTH_INWARD, t->module_mm, t->flexspline_teeth,
-                                    t->flexspline_shift, t->pressure_angle_rad,
-                                    g->flexspline_root_mm, &inward, fault);
+    const lm_real high = g->rigid_tip_mm + w;
+    const lm_real low = larger(g->flexspline_tip_mm - w, g->rigid_root_mm);
+    status =
+        mesh->flank.kind != LM_FLANK_INVOLUTE
+            ? give_of_outline(drive, mesh, 0, g->flexspline_tip_mm, high, &give->flexspline, fault)
+            : give_of_ring_teeth(drive, mesh, high, &give->flexspline, fault);
     if (status == LM_OK) {
       status =
-          lm_make_involute_tooth(LM_TOOTH_OUTWARD, t->module_mm, t->rigid_teeth, t->rigid_shift,
-                                 t->pressure_angle_rad, g->rigid_root_mm, &outward, fault);
-    }
-    if (status == LM_OK) {
-      status =
-          tabulate_give(&inward, &g->flexspline, LM_PI / LM_REAL(t->flexspline_teeth),
-                        g->flexspline_tip_mm, g->rigid_tip_mm + w, drive, &give->flexspline, fault);
-    }
-    if (status == LM_OK) {
-      const lm_real low = larger(g->flexspline_tip_mm - w, g->rigid_root_mm);
-      status = tabulate_give(&outward, &g->rigid, LM_REAL(0), larger(low, g->rigid.base_mm) + hair,
-                             g->rigid_tip_mm, drive, &give->rigid, fault);
+          mesh->rigid_kind != LM_FLANK_INVOLUTE
+              ? give_of_outline(drive, mesh, 1, low + hair, g->rigid_tip_mm, &give->rigid, fault)
+              : give_of_rigid_teeth(drive, mesh, larger(low, g->rigid.base_mm) + hair, &give->rigid,
+                                    fault);
     }
   }
   return status;

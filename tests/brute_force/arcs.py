@@ -99,19 +99,29 @@ def upper_flank(arcs: Arcs, points: int) -> NDArray[np.complex128]:
 def swept_flank(
     design: polygons.Design,
     tool: NDArray[np.complex128],
-    inner_mm: float,
+    tip_mm: float,
     points: int = polygons.FLANK_POINTS,
 ) -> NDArray[np.complex128]:
     """Upper flank of the rigid space [mm] that a moving flexspline tooth generates.
 
+    External deformation: of the rigid tooth that a moving space of the flexspline leaves, with the
+    signs of radii and angles changed.
+
     Parameters
     ----------
     tool : ndarray of complex, shape (n,)
-        Upper flank of the undeformed tooth, from root to tip.
-    inner_mm : float
+        Upper flank of the undeformed tooth (external: space), from root to tip.
+    tip_mm : float
         Tip radius of the rigid gear.
+
+    Returns
+    -------
+    ndarray of complex, shape (points + 1,)
+        From the inner to the outer end. The end opposite the tip is a point on the radial land.
     """
-    top = float(np.abs(polygons.on_line(design, tool, 0.0)).max())
+    sense = 1.0 if design.is_internal else -1.0
+    inner_mm = sense * tip_mm
+    top = float((sense * np.abs(polygons.on_line(design, tool, 0.0))).max())
     share = np.linspace(1.0, math.sqrt(LAND_SHARE), points)
     radius = top - (top - inner_mm) * share**2
     reach = np.full(points, -np.inf)
@@ -127,7 +137,8 @@ def swept_flank(
     frame *= np.exp(-1j * polygons.rigid_axis_rad(design, node))[:, None]
     # The line is symmetric about the deformation axis.
     path = CubicSpline(
-        np.concatenate((-node[:0:-1], node)), np.concatenate((np.conj(frame[:0:-1]), frame))
+        np.concatenate((-node[:0:-1], node)),
+        np.concatenate((np.conj(frame[:0:-1]), frame)),
     )
     steps = round(SWEEP_HALF_DEG / SWEEP_STEP_DEG)
     from_neutral = tool - polygons.radii(design).neutral_mm
@@ -138,10 +149,11 @@ def swept_flank(
         origin, end = path(angle)
         placed = origin + from_neutral * (end - origin) / abs(end - origin)
         corner[i] = placed[-1]
-        rho = np.abs(placed)
+        rho = sense * np.abs(placed)
         now = np.full(points, -np.inf)
         if rho[-1] > inner_mm:
-            now = np.interp(radius, rho, np.angle(placed), left=-np.inf, right=-np.inf)
+            theta = sense * np.angle(placed)
+            now = np.interp(radius, rho, theta, left=-np.inf, right=-np.inf)
         reach = np.maximum(reach, now)
         # The vertex of the parabola through three positions, the middle one the furthest.
         peak = np.isfinite(before) & np.isfinite(now) & (last > before) & (last >= now)
@@ -149,14 +161,13 @@ def swept_flank(
         reach[peak] = np.maximum(reach[peak], last[peak] + rise)
         before, last = last, now
     # The path of the corner of the tip between two positions.
-    highest = int(np.argmax(np.abs(corner)))
+    highest = int(np.argmax(sense * np.abs(corner)))
     for way in (corner[: highest + 1], corner[:highest:-1]):
-        reach = np.maximum(
-            reach, np.interp(radius, np.abs(way), np.angle(way), left=-np.inf, right=-np.inf)
-        )
-    flank = radius * np.exp(1j * reach)
-    beyond = (top + 0.1 * design.module_mm) * np.exp(1j * reach[-1])
-    return np.append(flank, beyond)
+        rho, theta = sense * np.abs(way), sense * np.angle(way)
+        reach = np.maximum(reach, np.interp(radius, rho, theta, left=-np.inf, right=-np.inf))
+    radius = np.append(radius, top + 0.1 * design.module_mm)
+    flank = sense * radius * np.exp(1j * sense * np.append(reach, reach[-1]))
+    return flank if design.is_internal else flank[::-1]
 
 
 def swept_tooth(

@@ -8,6 +8,7 @@ more in float32. CI tests a few drives, among them those that once failed; `./de
 
 from __future__ import annotations
 
+import copy
 import math
 import os
 import sys
@@ -17,6 +18,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.interpolate import make_interp_spline
 from scipy.optimize import brentq
 
 from conftest import NO_SEARCH
@@ -46,15 +48,18 @@ GENERATORS = ("cosine", "discs", "rollers", "ellipse")
 
 def drawn_document(rng: np.random.Generator, kind: str) -> dict[str, Any]:
     """Draw a double arc near those of the literature, with its conjugate."""
+    ring = kind == "ring"
     module = float(rng.choice([0.16, 0.25, 0.4, 0.5, 1.0]))
     teeth = int(2 * rng.integers(40, 121))
     rho_a, x_a = rng.uniform(0.9, 2.0), rng.uniform(0.0, 0.5)
     beta = {"discs": rng.uniform(20, 40), "rollers": rng.uniform(15, 33)}
+    beta["ring"] = beta["discs"]
     drawn: dict[str, Any] = {
         "teeth": {
             "module_mm": module,
             "flexspline_teeth": teeth,
-            "rigid_teeth": teeth + 2,
+            "rigid_teeth": teeth - 2 if ring else teeth + 2,
+            "deformation": "external" if ring else "internal",
             "flexspline_shift": rng.uniform(-0.1, 0.4),
             "rigid_shift": 0.0,
             "rack_addendum": 0.6,
@@ -100,11 +105,11 @@ def with_s_teeth(rng: np.random.Generator, document: dict[str, Any]) -> dict[str
     return document
 
 
-def random_document(seed: int, flank: str = "double_arc") -> dict[str, Any]:
+def random_document(seed: int, flank: str = "double_arc", generator: str = "") -> dict[str, Any]:
     """Return the first drawn drive whose flanks make a tooth."""
     rng = np.random.default_rng(seed)
     for _ in range(40):
-        document = drawn_document(rng, GENERATORS[seed % len(GENERATORS)])
+        document = drawn_document(rng, generator or GENERATORS[seed % len(GENERATORS)])
         if flank == "s_tooth":
             document = with_s_teeth(rng, document)
         try:
@@ -118,14 +123,15 @@ def random_document(seed: int, flank: str = "double_arc") -> dict[str, Any]:
 def brute_design(document: dict[str, Any]) -> polygons.Design:
     """Return the same motion for the polygons."""
     t, g = document["design"]["teeth"], document["design"]["generator"]
+    cut = polygons.ADDENDUM_MODULES - t["rack_addendum"]
     return polygons.Design(
-        deformation="internal",
+        deformation=t.get("deformation", "internal"),
         module_mm=t["module_mm"],
         flexspline_teeth=t["flexspline_teeth"],
         rigid_teeth=t["rigid_teeth"],
         pressure_angle_deg=20.0,
-        flexspline_shift=t["flexspline_shift"] + polygons.ADDENDUM_MODULES - t["rack_addendum"],
-        rigid_shift=0.0,
+        flexspline_shift=t["flexspline_shift"] + cut,
+        rigid_shift=t["rigid_shift"] + cut,
         tooth_height=t["tooth_height"],
         engagement_depth=t["engagement_depth"],
         root_clearance=t["root_clearance"],
@@ -136,12 +142,23 @@ def brute_design(document: dict[str, Any]) -> polygons.Design:
     )
 
 
+def drawn_ends(document: dict[str, Any]) -> tuple[float, float, float]:
+    """Reference circle, root and tip [mm]. Those of an internal gear are negative, so that they
+    rise from root to tip, too."""
+    t = document["design"]["teeth"]
+    reference = t["module_mm"] * (t["flexspline_teeth"] / 2 + t["flexspline_shift"])
+    brute = brute_design(document)
+    size = polygons.radii(brute)
+    if brute.is_internal:
+        return reference, size.flexspline_inner_mm, size.flexspline_outer_mm
+    return -reference, -size.flexspline_outer_mm, -size.flexspline_inner_mm
+
+
 def drawn_arcs(document: dict[str, Any]) -> arcs.Arcs:
     """Draw the arcs of a document: the concave one depends on the end of the tangent."""
     t, f = document["design"]["teeth"], document["design"]["flank"]
     m = t["module_mm"]
-    reference = m * (t["flexspline_teeth"] / 2 + t["flexspline_shift"])
-    root = reference - m * (t["rack_addendum"] + t["root_clearance"])
+    reference, root, tip = drawn_ends(document)
     convex = complex(reference - f["X_a"] * m, -f["l_a"] * m)
     if "delta_L_deg" in f:
         angle = math.radians(f["delta_L_deg"])
@@ -152,22 +169,34 @@ def drawn_arcs(document: dict[str, Any]) -> arcs.Arcs:
         )
     else:
         concave = complex(reference + f["X_f"] * m, (math.pi / 2 + f["l_f"]) * m)
-    return arcs.Arcs(
-        f["rho_a"] * m, convex, f["rho_f"] * m, concave, root, root + m * t["tooth_height"]
-    )
+    return arcs.Arcs(f["rho_a"] * m, convex, f["rho_f"] * m, concave, root, tip)
+
+
+def beside_space(document: dict[str, Any], tooth: np.ndarray) -> np.ndarray:
+    """Turn the flank of an internal tooth by half a pitch: the flank of the space beside it."""
+    half_pitch = math.pi / document["design"]["teeth"]["flexspline_teeth"]
+    return np.conj(tooth) * np.exp(1j * half_pitch)
 
 
 def drawn_flank(document: dict[str, Any], points: int = polygons.FLANK_POINTS) -> np.ndarray:
-    """Draw the upper flank of the flexspline, whichever kind it is."""
+    """Draw the upper flank of what moves from root to tip: the tooth of the flexspline, or the
+    space of an internal gear."""
     t, f = document["design"]["teeth"], document["design"]["flank"]
-    if t["flexspline_flank"] != "s_tooth":
-        return arcs.upper_flank(drawn_arcs(document), points)
     m = t["module_mm"]
-    reference = m * (t["flexspline_teeth"] / 2 + t["flexspline_shift"])
-    root = reference - m * (t["rack_addendum"] + t["root_clearance"])
-    datum = complex(reference + f["X_M"] * m, f["s_M"] * m / 2)
-    tooth = arcs.STooth(f["kappa"], m, datum, root, root + m * t["tooth_height"])
-    return arcs.upper_s_flank(tooth, points)
+    reference, root, tip = drawn_ends(document)
+    if t["flexspline_flank"] == "points":
+        x, y = np.array(f["points"]).T
+        height = np.linspace(root, tip, points)
+        shifted = np.abs(height) - t["flexspline_shift"] * m
+        tooth = height + 1j * make_interp_spline(y, x, k=3)(shifted)
+    elif t["flexspline_flank"] == "s_tooth":
+        datum = complex(reference + f["X_M"] * m, f["s_M"] * m / 2)
+        tooth = arcs.upper_s_flank(arcs.STooth(f["kappa"], m, datum, root, tip), points)
+    else:
+        tooth = arcs.upper_flank(drawn_arcs(document), points)
+    if brute_design(document).is_internal:
+        return tooth
+    return beside_space(document, np.abs(tooth.real) + 1j * tooth.imag)
 
 
 def swept_flank(document: dict[str, Any]) -> np.ndarray:
@@ -175,15 +204,19 @@ def swept_flank(document: dict[str, Any]) -> np.ndarray:
     modules of it."""
     brute = brute_design(document)
     tool = drawn_flank(document, 16 * polygons.FLANK_POINTS)
-    rigid = arcs.swept_flank(brute, tool, polygons.radii(brute).rigid_inner_mm)
+    size = polygons.radii(brute)
+    tip = size.rigid_inner_mm if brute.is_internal else size.rigid_outer_mm
+    rigid = arcs.swept_flank(brute, tool, tip)
     wider = document["design"]["flank"].get("backlash_mm", 0.0)
+    wider = wider if brute.is_internal else -wider
     return rigid * np.exp(1j * wider / np.abs(rigid))
 
 
 def table_error_modules(document: dict[str, Any], swept: np.ndarray) -> float:
     """Largest distance of the conjugate flank from the swept one, along the circumference."""
     model, mesh = made_mesh(document)
-    radii, angles = np.abs(swept[:-1]), np.angle(swept[:-1])  # the last point is the land's
+    made = swept[:-1] if brute_design(document).is_internal else swept[1:]  # without the land
+    radii, angles = np.abs(made), np.angle(made)
     found = [model.core.lib.lm_rigid_flank_at(mesh, float(r)).half_angle_rad for r in radii]
     worst = float(np.max(np.abs(np.array(found) - angles) * radii))
     return worst / float(document["design"]["teeth"]["module_mm"])
@@ -223,25 +256,35 @@ def test_s_teeth_agree_with_swept_and_turned_polygons(seed: int) -> None:
     assert largest_error_arcmin(random_document(seed, "s_tooth"), angles) < BAR_ARCMIN
 
 
+@pytest.mark.parametrize("seed", range(DRIVES // 4) if DRIVES else (0,))
+@pytest.mark.parametrize("flank", ["double_arc", "s_tooth"])
+def test_the_teeth_of_a_ring_agree_with_swept_and_turned_polygons(flank: str, seed: int) -> None:
+    """The spaces of the flexspline move, and leave the external teeth of the rigid gear."""
+    angles = np.random.default_rng(40_000 + seed).uniform(-20, 50, 6)
+    assert largest_error_arcmin(random_document(seed, flank, "ring"), angles) < BAR_ARCMIN
+
+
 @pytest.mark.parametrize(
-    ("flank", "seed"),
+    ("flank", "seed", "generator"),
     [
-        ("double_arc", 17),
-        ("double_arc", 28),
-        ("double_arc", 37),
-        ("double_arc", 93),
-        ("s_tooth", 23),
-        ("s_tooth", 148),
-        ("s_tooth", 165),
+        ("double_arc", 17, ""),
+        ("double_arc", 28, ""),
+        ("double_arc", 37, ""),
+        ("double_arc", 93, ""),
+        ("s_tooth", 23, ""),
+        ("s_tooth", 148, ""),
+        ("s_tooth", 165, ""),
+        ("s_tooth", 17, "ring"),
+        ("s_tooth", 28, "ring"),
     ],
 )
 def test_conjugate_flanks_are_the_swept_ones_where_zones_and_pieces_change(
-    flank: str, seed: int
+    flank: str, seed: int, generator: str
 ) -> None:
     """A zone that is the greatest only between two nodes, two maxima close together, a jump of the
     curvature within one piece, a part between two corners, and corners with equal slopes on both
-    sides."""
-    document = random_document(seed, flank)
+    sides. With a ring: a piece between two zones, and a joint that is no maximum."""
+    document = random_document(seed, flank, generator)
     assert table_error_modules(document, swept_flank(document)) < BAR_MODULES
 
 
@@ -312,7 +355,10 @@ def spaced_document(own: str, **flank: Any) -> dict[str, Any]:
     """The published joint with a circular spline of points."""
     document = published_document()
     document["design"]["teeth"].update(flexspline_flank=own, rigid_flank="points")
-    document["design"]["flank"] = {"rigid_points": space_of(published_document()), **flank}
+    document["design"]["flank"] = {
+        "rigid_points": space_of(published_document()),
+        **flank,
+    }
     return document
 
 
@@ -375,9 +421,18 @@ def test_a_circular_spline_generates_the_flexspline_at_the_shifts_of_both() -> N
 def test_a_circular_spline_of_points_that_makes_no_mesh_is_refused() -> None:
     points = space_of(published_document())
     for document, said in (
-        (spaced_document("conjugate", rigid_points=points[:90]), "rigid_points and design.teeth"),
-        (spaced_document("conjugate", rigid_points=points[20:]), "rigid_points and design.teeth"),
-        (spaced_document("conjugate", rigid_points=moved(points, 9, 0.9, points[9][1])), "pitch"),
+        (
+            spaced_document("conjugate", rigid_points=points[:90]),
+            "rigid_points and design.teeth",
+        ),
+        (
+            spaced_document("conjugate", rigid_points=points[20:]),
+            "rigid_points and design.teeth",
+        ),
+        (
+            spaced_document("conjugate", rigid_points=moved(points, 9, 0.9, points[9][1])),
+            "pitch",
+        ),
         (spaced_document("conjugate", rigid_points_file="space.csv"), "one of them"),
     ):
         with pytest.raises(InputError, match=said):
@@ -431,7 +486,9 @@ def beside_the_rack_modules(teeth: int, kappa: float) -> np.ndarray:
     design = document["design"]
     module = design["teeth"]["module_mm"]
     design["teeth"].update(
-        flexspline_teeth=teeth, rigid_teeth=teeth + 2, face_width_mm=0.2 * module * teeth
+        flexspline_teeth=teeth,
+        rigid_teeth=teeth + 2,
+        face_width_mm=0.2 * module * teeth,
     )
     document["drive"]["ratio"] = teeth // 2
     design["generator"]["deflection_mm"] = kappa * module
@@ -482,7 +539,9 @@ def contact_deg(teeth: int, kappa: float, angle: float) -> float:
     document = s_document(kappa=kappa, s_M=1.5)
     module = document["design"]["teeth"]["module_mm"]
     document["design"]["teeth"].update(
-        flexspline_teeth=teeth, rigid_teeth=teeth + 2, face_width_mm=0.2 * module * teeth
+        flexspline_teeth=teeth,
+        rigid_teeth=teeth + 2,
+        face_width_mm=0.2 * module * teeth,
     )
     document["drive"]["ratio"] = teeth // 2
     document["design"]["generator"].update(type="ellipse", deflection_mm=kappa * module)
@@ -575,7 +634,8 @@ def test_a_stated_tangent_is_the_same_flank_as_its_centres() -> None:
     model, mesh = made_mesh(published_document())
     arc = mesh.flank.arc
     stated = published_document(
-        delta_L_deg=math.degrees(arc.inclination_rad), h_l=(arc.upper_mm - arc.lower_mm) / 0.5
+        delta_L_deg=math.degrees(arc.inclination_rad),
+        h_l=(arc.upper_mm - arc.lower_mm) / 0.5,
     )
     other = DesignModel(parse_drive(stated).design).clearances().forward_rad
     assert np.allclose(model.clearances().forward_rad, other, rtol=0, atol=1e-12)
@@ -604,19 +664,25 @@ def made_outline(model: DesignModel, mesh: Any, rigid: bool) -> Any:
     return outline
 
 
-@pytest.mark.parametrize("kind", ["arcs", "s_teeth", "points", "rigid_points", "full_fillet"])
+@pytest.mark.parametrize(
+    "kind", ["arcs", "s_teeth", "points", "rigid_points", "full_fillet", "ring"]
+)
 def test_the_outline_that_bends_is_the_one_that_is_drawn(kind: str) -> None:
     """The drawing finds its fillet with a root finder, on the same flanks."""
     drawn = {
         "s_teeth": lambda: s_document(s_M=1.6),
         "points": lambda: pointed_document(points_of_the_published_arcs()),
         "rigid_points": lambda: spaced_document("double_arc", **PUBLISHED),
+        "ring": ring_document,
     }
     document = drawn.get(kind, published_document)()
     if kind == "full_fillet":  # the rack's tip radius is too large for the width of the space
         document["design"]["teeth"].update(root_clearance=0.4, tooth_height=1.6)
     model, mesh = made_mesh(document)
-    teeth, module = document["design"]["teeth"], document["design"]["teeth"]["module_mm"]
+    teeth, module = (
+        document["design"]["teeth"],
+        document["design"]["teeth"]["module_mm"],
+    )
     rack_mm = teeth["root_clearance"] * module / (1 - math.sin(math.radians(20)))
     profiles = gear_profiles(model)
     smallest = min(profile.fillet_radius_mm for profile in profiles)
@@ -626,9 +692,11 @@ def test_the_outline_that_bends_is_the_one_that_is_drawn(kind: str) -> None:
         outline = made_outline(model, mesh, rigid)
         assert math.isclose(outline.fillet_mm, profile.fillet_radius_mm, rel_tol=1e-5)
         x, y = profile.half_pitch.T
-        angle = math.pi / profile.teeth - np.arctan2(x, y)
-        height = profile.root_mm - np.hypot(x, y) if rigid else y - profile.root_mm
-        across = np.hypot(x, y) * angle if rigid else x
+        radius, angle = np.hypot(x, y), np.arctan2(x, y)
+        height, across = y - profile.root_mm, x
+        if rigid or profile.internal:  # along the radius and the circumference
+            height = np.abs(radius - profile.root_mm)
+            across = radius * (math.pi / profile.teeth - angle if profile.internal else angle)
         below_tip = np.abs(np.hypot(x, y) - profile.tip_mm) > 1e-4 * module
         places = np.flatnonzero((height > 1e-3 * module) & below_tip)
         found = [model.core.lib.lm_outline_half(outline, height[i]) for i in places]
@@ -673,7 +741,15 @@ def test_a_tooth_bends_and_is_stressed_as_its_sections_state(rigid: bool) -> Non
     finely, found = (c.ffi.new("lm_tooth_compliance *") for _ in range(2))
     c.check(
         c.lib.lm_tooth_profile_compliance(
-            list(fine), list(half), len(fine), load, 10.0, 0.3, material, finely, c.ffi.NULL
+            list(fine),
+            list(half),
+            len(fine),
+            load,
+            10.0,
+            0.3,
+            material,
+            finely,
+            c.ffi.NULL,
         )
     )
     share = outline.form_height_mm / load
@@ -696,7 +772,10 @@ def test_a_conjugate_flank_touches_over_its_zone() -> None:
     where a point meets it twice there are two zones."""
     model, mesh = made_mesh(published_document())
     c = model.core
-    flank, conjugate = c.ffi.addressof(mesh, "flank"), c.ffi.addressof(mesh, "conjugate")
+    flank, conjugate = (
+        c.ffi.addressof(mesh, "flank"),
+        c.ffi.addressof(mesh, "conjugate"),
+    )
     contacts, count = c.ffi.new("lm_conjugate_contact[8]"), c.ffi.new("int *")
     touched = twice = 0
     for parameter in np.linspace(flank.low_mm, flank.high_mm, 60):
@@ -742,7 +821,10 @@ def exact_frame(angle: float) -> tuple[complex, complex]:
 
 
 def conjugate_point(
-    frame: Callable[[float], tuple[complex, complex]], point: complex, slope: complex, near: float
+    frame: Callable[[float], tuple[complex, complex]],
+    point: complex,
+    slope: complex,
+    near: float,
 ) -> tuple[float, complex]:
     """Solve equation (30), the condition of the envelope, for the angle; and the point there."""
 
@@ -774,7 +856,10 @@ def test_the_published_motion_has_the_conjugate_zones_but_for_its_first_order() 
         )
         assert status == c.lib.LM_OK
         foot = c.lib.lm_evaluate_flank(flank, parameter)
-        point, slope = complex(foot.along_mm, foot.across_mm), complex(1.0, foot.across_slope)
+        point, slope = (
+            complex(foot.along_mm, foot.across_mm),
+            complex(1.0, foot.across_slope),
+        )
         for contact in list(contacts)[: count[0]]:
             ours = contact.radius_mm * np.exp(1j * contact.half_angle_rad)
             angle, theirs = conjugate_point(paper_frame, point, slope, contact.angle_rad)
@@ -809,7 +894,10 @@ def test_backlash_and_relief_open_the_clearance_by_what_they_state() -> None:
     ("changes", "keys"),
     [
         ({"rho_a": 1.6, "rho_f": 1.6}, "flank.rho_a and design.flank.rho_f"),
-        ({"rho_a": 0.84, "delta_L_deg": 15.0}, "flank.rho_a and design.teeth.tooth_height"),
+        (
+            {"rho_a": 0.84, "delta_L_deg": 15.0},
+            "flank.rho_a and design.teeth.tooth_height",
+        ),
         ({"delta_L_deg": 55.0}, "flank.rho_a and design.flank.X_a"),
         ({"delta_L_deg": 12.0, "h_l": 1.2}, "flank.rho_f and design.flank.X_f"),
         ({"l_a": 1.4, "delta_L_deg": 15.0}, "flank.rho_a and design.flank.l_a"),
@@ -823,13 +911,85 @@ def test_arcs_that_make_no_flank_are_refused_by_both_keys(
     assert keys in str(refusal.value)
 
 
-def test_a_ring_generator_has_involutes_only() -> None:
-    document = published_document()
-    document["design"]["teeth"].update(deformation="external", rigid_teeth=98)
+def ring_document(**flank: Any) -> dict[str, Any]:
+    """The published arcs on teeth that point inwards, with the rigid gear that they generate."""
+    document = published_document(**flank)
+    document["design"]["teeth"].update(
+        deformation="external",
+        rigid_teeth=98,
+        engagement_depth=0.9,
+        flexspline_shift=0.1,
+    )
     document["design"]["generator"].update(type="ring", contact_half_angle_deg=30.0)
-    document["drive"]["ratio"] = 50
-    with pytest.raises(InputError, match="flexspline_flank"):
-        DesignModel(parse_drive(document).design)
+    return document
+
+
+@pytest.mark.parametrize(
+    ("changes", "keys"),
+    [
+        (
+            {"rho_f": 0.8, "delta_L_deg": 15.0},
+            "flank.rho_f and design.generator.deflection_mm",
+        ),
+        (
+            {"rho_a": 0.75, "delta_L_deg": 15.0},
+            "flank.rho_a and design.teeth.engagement_depth",
+        ),
+    ],
+)
+def test_teeth_that_point_inwards_are_refused_by_the_keys_of_their_ends(
+    changes: dict[str, float], keys: str
+) -> None:
+    with pytest.raises(InputError) as refusal:
+        DesignModel(parse_drive(ring_document(**changes)).design)
+    assert keys in str(refusal.value)
+
+
+def test_an_involute_of_a_ring_has_one_clearance_with_and_without_relief() -> None:
+    """A pair of involutes keeps its closed forms; any other pair moves the same spaces."""
+    document = ring_document()
+    document["design"]["teeth"].update(
+        flexspline_flank="involute", rigid_flank="involute", rigid_shift=-0.1, flexspline_shift=0.5
+    )
+    document["design"]["flank"] = {}
+    exact = DesignModel(parse_drive(document).design).clearances().forward_rad
+    document["design"]["flank"] = {"tip_relief_mm": 1e-12}
+    found = DesignModel(parse_drive(document).design).clearances().forward_rad
+    met = np.isfinite(exact)
+    assert met.sum() > 20
+    assert np.array_equal(met, np.isfinite(found))
+    assert np.allclose(found[met], exact[met], rtol=0, atol=1e-6 * ARCMIN)
+    document["design"]["flank"] = {"tip_relief_mm": 0.003}
+    relieved = DesignModel(parse_drive(document).design).clearances()
+    met &= np.isfinite(relieved.forward_rad)
+    more_mm = (relieved.forward_rad - exact)[met] * relieved.forward_radius_mm[met]
+    assert more_mm.min() > -1e-9
+    assert 0.0025 < more_mm.max() < 0.0035
+
+
+def test_a_rigid_gear_generates_the_spaces_of_the_ring_that_generated_it() -> None:
+    """As the circular spline does its flexspline, except near both tips."""
+    generated = ring_document()
+    model, mesh = made_mesh(generated)
+    table, lib = mesh.conjugate, model.core.lib
+    radii = np.linspace(table.land_mm - 0.002, table.low_mm + 0.02, 129)
+    half = [lib.lm_rigid_flank_at(mesh, float(r)).half_angle_rad for r in radii]
+    points = [[r * math.sin(a), r * math.cos(a)] for r, a in zip(radii, half, strict=True)]
+    stated = ring_document(rigid_points=points)
+    stated["design"]["teeth"]["rigid_flank"] = "points"
+    turned = copy.deepcopy(stated)
+    turned["design"]["teeth"]["flexspline_flank"] = "conjugate"
+    exact, found, back = (
+        DesignModel(parse_drive(document).design).clearances()
+        for document in (generated, stated, turned)
+    )
+    met = np.isfinite(exact.forward_rad)
+    assert met.sum() > 20
+    assert np.array_equal(met, np.isfinite(found.forward_rad))
+    assert np.allclose(found.forward_rad[met], exact.forward_rad[met], rtol=0, atol=1e-3 * ARCMIN)
+    assert back.forward_rad.min() > -1e-3 * ARCMIN
+    more = np.abs(back.forward_rad - exact.forward_rad)[met] / ARCMIN
+    assert np.median(more) < 1e-4
 
 
 def test_a_search_varies_the_arcs_and_certifies_the_whole_face(tmp_path: Path) -> None:

@@ -7,7 +7,11 @@
  * phi). If the maximum is inside the flank, it is the envelope of the literature (the relative
  * velocity is tangential to the flank); if it is at the tip's corner, the corner cuts (undercut);
  * if two maxima exist, there are two conjugate zones, and the greater one counts, so that no zone
- * interferes with the other. Internal deformation only.
+ * interferes with the other.
+ *
+ * External deformation: a space of the flexspline moves past a tooth of the rigid gear, which keeps
+ * what every position leaves, the least polar angle. The same search finds it with the signs of
+ * angles and radii changed.
  */
 #ifndef LOSTMOTION_CONJUGATE_H
 #define LOSTMOTION_CONJUGATE_H
@@ -41,13 +45,13 @@ typedef enum lm_contact_part {
   LM_PART_TIP = 1    /* the corner of the flexspline's tip */
 } lm_contact_part;
 
-/* The half angle of the SPACE of the rigid gear over the radius: cubic Hermite pieces in
+/* The half angle of the SPACE of the rigid gear (external deformation: of its TOOTH) over the radius: cubic Hermite pieces in
  * s = sqrt((top - rho) / (top - low)), in which the flank is smooth up to the top, where the path
  * of the tip reverses. Pieces end where its curvature or slope jumps, and are halved where a cubic
  * is not accurate. Within 1e-6 modules of the exact maximum (tests/python/test_flanks.py). */
 typedef struct lm_conjugate {
-  lm_real low_mm;  /* s = 1 */
-  lm_real top_mm;  /* s = 0: reach of the flexspline's tip */
+  lm_real low_mm;  /* s = 1: the rigid gear's tip circle */
+  lm_real top_mm;  /* s = 0: reach of the flexspline's tip; external: the smaller radius */
   lm_real land_mm; /* where the generated flank ends and the radial land begins */
   int intervals;
   lm_real place[LM_CONJUGATE_INTERVALS_MAX + 1]; /* s of the nodes, rising */
@@ -58,7 +62,7 @@ typedef struct lm_conjugate {
   lm_real cube[LM_CONJUGATE_INTERVALS_MAX];
   lm_real per_height;                     /* 1 / (top - low) */
   unsigned char first[LM_CONJUGATE_BINS]; /* interval in which each part begins */
-  int corners; /* where the slope or the curvature jumps, falling radii */
+  int corners; /* where the slope or the curvature jumps, from the tip of the tooth last */
   lm_real corner_mm[LM_CONJUGATE_CORNERS_MAX];
 } lm_conjugate;
 
@@ -70,8 +74,8 @@ lm_status lm_make_conjugate(const lm_flank *flank, const lm_geometry *geometry,
                             const lm_neutral_line *line, lm_real shift_mm, lm_real backlash_mm,
                             lm_conjugate *conjugate, lm_fault *fault);
 
-/* The same table through points of the space's flank: along_mm from the gear's centre on the axis
- * of the space, across_mm half its width. They reach from the rigid gear's tip circle to the land
+/* The same table through points of the flank of the space (external deformation: of the tooth):
+ * along_mm from the gear's centre on its axis, across_mm half its width. They reach from the rigid gear's tip circle to the land
  * below the flexspline's tip on the deformation axis, beyond which the space continues radially:
  * LM_INCONSISTENT ("flank.rigid_points, teeth.engagement_depth": the points end before this range,
  * or begin beyond; "flank.rigid_points": no width, or more than the pitch), LM_NULL,
@@ -93,7 +97,7 @@ lm_real lm_conjugate_half_angle(const lm_conjugate *conjugate, lm_real radius_mm
 typedef struct lm_conjugate_contact {
   lm_real angle_rad;      /* material angle of the tooth */
   lm_real radius_mm;      /* on the rigid gear */
-  lm_real half_angle_rad; /* of the space there */
+  lm_real half_angle_rad; /* of the space there; external: of the tooth */
   lm_real beyond_mm; /* how far another position of the tooth reaches beyond it; 0: it is on the
                         conjugate flank */
 } lm_conjugate_contact;

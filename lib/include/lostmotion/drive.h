@@ -92,11 +92,10 @@ typedef struct lm_teeth {
   lm_real tooth_height;           /* h, whole depth of the rack-cut tooth, 0.5 .. 3 */
   lm_real engagement_depth;       /* h_d, on the deformation axis, 0.2 .. 2.5 */
   lm_real face_width_mm;          /* 0.5 .. 400 */
-  lm_flank_kind flexspline_flank; /* any but conjugate (other than involute: internal deformation
-                                     only, and the shift is the radial displacement of the tool) */
-  lm_flank_kind rigid_flank; /* involute, conjugate or points (the latter with internal deformation
-                                only); the shift of the latter is the displacement from where they
-                                are generated or stated */
+  lm_flank_kind flexspline_flank; /* any but conjugate; the shift of all but the involute is the
+                                     radial displacement of the tool */
+  lm_flank_kind rigid_flank;      /* involute, conjugate or points; the shift of the latter two is
+                                     the displacement from where they are generated or stated */
 } lm_teeth;
 
 /* Flanks other than involutes, in the notation of the literature on double arcs (theory/flanks.md).

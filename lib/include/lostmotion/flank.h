@@ -5,6 +5,11 @@
  * from the gear's centre; of other flanks r_m + y, the height along the tooth's axis; both agree to
  * within x^2 / (2 r). Every kind has position, tangent and curvature; the involute has the same
  * closed forms as in involute.h.
+ *
+ * External deformation: the teeth point inwards, and the mesh places the spaces between them. A
+ * pair of involutes has the flank of the space, over the radius. In any other pair the flank is
+ * `inward`: y points to the centre, the parameter is still r_m + y (2 r_m minus the radius) and
+ * rises from root to tip.
  */
 #ifndef LOSTMOTION_FLANK_H
 #define LOSTMOTION_FLANK_H
@@ -59,9 +64,13 @@ typedef struct lm_s_tooth {
 
 typedef struct lm_flank {
   lm_flank_kind kind;
-  lm_real neutral_mm; /* r_m, where the frame's origin lies */
-  lm_real low_mm;     /* parameter at the end towards the gear's centre */
-  lm_real high_mm;    /* and at the other end */
+  lm_real neutral_mm;     /* r_m, where the frame's origin lies */
+  lm_real low_mm;         /* parameter at the end towards the gear's centre; inward: at the root */
+  lm_real high_mm;        /* and at the other end */
+  int inward;             /* 1: of a tooth that points inwards */
+  lm_real pitch_half_rad; /* half the pitch angle of the gear, and its sine and cosine */
+  lm_real pitch_half_sin;
+  lm_real pitch_half_cos;
   lm_involute involute;
   lm_double_arc arc;
   lm_s_tooth s;
@@ -77,7 +86,8 @@ typedef struct lm_flank {
  * `relieved` is 0. LM_INCONSISTENT, naming the keys that disagree: "flank.rho_a, flank.rho_f" (arcs
  * that overlap: no common tangent between them), "flank.rho_a, teeth.tooth_height" and
  * "flank.rho_f, teeth.root_clearance" (an arc that ends before tip or root; "flank.kappa" of an S
- * tooth, "flank.points" of points, LM_NULL where there are none), "flank.rho_a,
+ * tooth, "flank.points" of points, LM_NULL where there are none; of teeth that point inwards
+ * "teeth.engagement_depth" and "generator.deflection_mm", which set their tip and root), "flank.rho_a,
  * flank.X_a" and "flank.rho_f, flank.X_f" (tip or root on the straight part), "flank.rho_f,
  * flank.l_f" (teeth that overlap at the root), "flank.rho_a, flank.l_a" (a tooth
  * without thickness at its tip; "flank.s_M" of an S tooth). */
@@ -87,8 +97,12 @@ lm_status lm_make_flank(const lm_drive *drive, const lm_geometry *geometry, int 
 /* Whether a gear can have a flank of a kind; `rigid`: the rigid gear, 0: the flexspline. */
 int lm_flank_fits(int kind, int rigid);
 
-/* Position and tangent at a parameter between the ends. */
+/* Position and tangent at a parameter between the ends, in the frame of what the mesh places: the
+ * tooth or, if it points inwards, the space beside it. */
 lm_flank_foot lm_evaluate_flank(const lm_flank *flank, lm_real parameter_mm);
+
+/* The same in the tooth's own frame. */
+lm_flank_foot lm_evaluate_tooth_flank(const lm_flank *flank, lm_real parameter_mm);
 
 /* Curvature there, 1/mm: above 0 where the tooth is convex. Without tip relief. */
 lm_real lm_flank_curvature(const lm_flank *flank, lm_real parameter_mm);

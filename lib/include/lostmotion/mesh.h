@@ -48,10 +48,9 @@ typedef struct lm_mesh {
   lm_flank flank;           /* of the flexspline */
   lm_flank_kind rigid_kind; /* of the rigid gear: an involute is geometry.rigid, others conjugate */
   lm_conjugate conjugate;
-  lm_flank_foot low;                          /* ends of the flexspline's flank: towards the axis */
-  lm_flank_foot high;                         /* and away from it */
-  lm_flank_foot sample[LM_FLANK_SAMPLES_MAX]; /* with rising radii, of flanks that are no involutes
-                                               */
+  lm_flank_foot low;                          /* ends of the flexspline's flank, at flank.low_mm */
+  lm_flank_foot high;                         /* and flank.high_mm */
+  lm_flank_foot sample[LM_FLANK_SAMPLES_MAX]; /* from root to tip, unless both are involutes */
   int samples;
   lm_real polar_low_mm; /* radii between which the rigid gear has a flank */
   lm_real polar_high_mm;
@@ -79,6 +78,10 @@ lm_real lm_section_place(int section, int sections);
  * grows in proportion to the distance from the cup bottom and is nominal in the middle of the
  * teeth. Reads a checked drive. */
 lm_real lm_section_factor(const lm_drive *drive, int section, int sections);
+
+/* Of a drive with 2 or more axial sections: the root that the rack does not cut is as deep as the
+ * opposite tip requires, which reaches furthest in the section of the largest wave. */
+void lm_deepen_root(const lm_drive *drive, int sections, lm_geometry *geometry);
 
 /* Number of axial sections that share the rated load in the checks: both edges and the middle; 1,
  * the middle, with planar_only. The same for any drive.axial_sections, so that a verdict does not

@@ -4,7 +4,7 @@
  * The fillet is an arc that touches flank and root circle. Its radius is that of the tip of the
  * basic rack, c / (1 - sin alpha) in modules (ISO 53; c: teeth.root_clearance, alpha:
  * teeth.pressure_angle_deg), or less where the space ends at a full fillet. Heights are measured
- * from the root: for the flexspline along the tooth's axis, for the rigid gear along the radius.
+ * from the root: of the flexspline's external tooth along its axis, of any other along the radius.
  * Lengths mm.
  */
 #ifndef LOSTMOTION_TOOTH_OUTLINE_H
@@ -18,7 +18,8 @@ LM_BEGIN_DECLS
 
 typedef struct lm_tooth_outline {
   const lm_mesh *mesh;
-  int rigid; /* 1: tooth of the rigid gear, inward; 0: of the flexspline, outward */
+  int rigid;   /* 1: tooth of the rigid gear; 0: of the flexspline */
+  int outward; /* 1: external tooth */
   lm_real root_mm;
   lm_real fillet_mm;      /* radius of the arc */
   lm_real form_height_mm; /* height at which the arc meets the flank */
@@ -32,8 +33,7 @@ typedef struct lm_outline_point {
   lm_real angle_rad;
 } lm_outline_point;
 
-/* Of a mesh with internal deformation whose gear has no involute flank. `outline` refers to
- * `mesh`. */
+/* Of a mesh whose gear has no involute flank. `outline` refers to `mesh`. */
 void lm_make_tooth_outline(const lm_drive *drive, const lm_mesh *mesh, int rigid,
                            lm_tooth_outline *outline);
 

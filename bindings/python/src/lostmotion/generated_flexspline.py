@@ -3,6 +3,10 @@
 The circular spline moves past a tooth of the flexspline. At each height of the tooth its flank
 comes closest to the axis of the tooth at some material angle: half the thickness that remains.
 Where the corner of the circular spline's tip comes closest, it cuts the flank.
+
+With a ring wave generator a tooth of the rigid gear moves through a space of the flexspline. At
+each height it reaches furthest from the axis of the space at some angle: half the width that it
+needs.
 """
 
 from __future__ import annotations
@@ -20,7 +24,9 @@ from lostmotion.flank_points import Points, flank_points
 Array = NDArray[np.float64]
 
 SCAN_RAD = np.radians(np.linspace(-70.0, 70.0, 1401))
-"""Material angles of the search for the closest position; beyond, a tooth is out of mesh."""
+"""Material angles of the search for the closest (ring: furthest) position; beyond, a tooth is out
+of mesh.
+"""
 
 ZOOMS = 9
 ZOOM_POINTS = 21
@@ -58,6 +64,7 @@ class _Motion:
         self._low, self._top, self._first = table.low_mm, table.top_mm, place[0]
         self._line, self._lib = line, lib
         self._lead = geometry.lead_per_angle
+        self._sense = float(line.sense)  # +1: the closest position; -1: the furthest
         self.geometry = geometry
 
     def place(self, angle_rad: Array) -> Array:
@@ -72,7 +79,7 @@ class _Motion:
         ).T
 
     def half_width(self, height_mm: float, placed: Array) -> Array:
-        """Distance of the flank from the tooth's axis at a height over the neutral line.
+        """Distance of the flank from the axis at a height over the neutral line, times the sense.
 
         Infinite where the circular spline has no flank.
         """
@@ -91,16 +98,16 @@ class _Motion:
             theta_x = (along * c + aside * s) / rho**2
             rho_x = (aside * c - along * s) / rho
             across = across + gap / (theta_x - by_rho * rho_x)
-        below = rho < self._low * (1.0 - ROUNDING)
-        return np.where(below, math.inf, across)
+        beyond_tip = self._sense * (rho - self._low) < -self._low * ROUNDING
+        return np.where(beyond_tip, math.inf, self._sense * across)
 
     def closest(self, height_mm: float, scanned: Array) -> float:
-        """Least distance over all material angles; infinite where no flank reaches."""
+        """Least distance (of a space: greatest) over all angles; infinite where no flank is."""
         found = self.half_width(height_mm, scanned)
         best = int(np.argmin(found))
         least, angle = float(found[best]), float(SCAN_RAD[best])
         if not math.isfinite(least):
-            return least
+            return self._sense * least
         step = float(SCAN_RAD[1] - SCAN_RAD[0])
         for _ in range(ZOOMS):
             near = angle + np.linspace(-step, step, ZOOM_POINTS)
@@ -109,7 +116,7 @@ class _Motion:
             if found[best] < least:
                 least, angle = float(found[best]), float(near[best])
             step *= 2.0 / (ZOOM_POINTS - 1)
-        return least
+        return self._sense * least
 
 
 def generate(drive: Any, rigid_points: Points) -> Points:
@@ -122,7 +129,8 @@ def generate(drive: Any, rigid_points: Points) -> Points:
     drive : cdata
         Completed ``lm_drive *`` in float64; its kind of flanks is not used.
     rigid_points : tuple of pairs
-        Half the width of the space and the distance from the gear's centre, mm.
+        Half the width of the space (ring: half the thickness of the tooth) and the distance from
+        the gear's centre, mm.
 
     Notes
     -----
@@ -133,12 +141,25 @@ def generate(drive: Any, rigid_points: Points) -> Points:
     motion = _Motion(c, drive, rigid_points)
     g = motion.geometry
     scanned = motion.place(SCAN_RAD)
-    deepest = g.rigid_tip_mm - g.deflection_mm
-    land = deepest + c.lib.LM_CONJUGATE_LAND * (g.flexspline_tip_mm - deepest)
-    heights = np.linspace(g.flexspline_root_mm, g.flexspline_tip_mm, c.lib.LM_FLANK_POINTS_MAX)
-    half = [motion.closest(max(y, land) - g.neutral_mm, scanned) for y in heights]
-    unshifted = heights - drive.teeth.flexspline_shift * g.module_mm
-    return tuple(zip(map(float, half), map(float, unshifted), strict=True))
+    if g.deformation == c.lib.LM_INTERNAL:
+        deepest = g.rigid_tip_mm - g.deflection_mm
+        land = deepest + c.lib.LM_CONJUGATE_LAND * (g.flexspline_tip_mm - deepest)
+        y = np.linspace(g.flexspline_root_mm, g.flexspline_tip_mm, c.lib.LM_FLANK_POINTS_MAX)
+        x = np.array([motion.closest(max(at, land) - g.neutral_mm, scanned) for at in y])
+    else:
+        deepest = g.rigid_tip_mm + g.deflection_mm
+        land = deepest + c.lib.LM_CONJUGATE_LAND * (g.flexspline_tip_mm - deepest)
+        pitch_half = math.pi / g.flexspline_teeth
+        # From the tip circle beside the axis of the space to the root at the edge of a short cup.
+        inner = g.flexspline_tip_mm * math.cos(pitch_half)
+        outer = g.flexspline_root_mm + g.deflection_mm / 2.0
+        height = np.linspace(inner, outer, c.lib.LM_FLANK_POINTS_MAX)
+        half = [motion.closest(min(at, land) - g.neutral_mm, scanned) for at in height]
+        # The tooth beside the space, turned by half a pitch.
+        tooth = (height - 1j * np.array(half)) * np.exp(1j * pitch_half)
+        y, x = tooth.real, tooth.imag
+    unshifted = y - drive.teeth.flexspline_shift * g.module_mm
+    return tuple(zip(map(float, x), map(float, unshifted), strict=True))
 
 
 @functools.lru_cache(maxsize=64)

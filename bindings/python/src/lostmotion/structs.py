@@ -542,8 +542,6 @@ def _no_tip(design: Design, error: LibraryError) -> tuple[str, str]:
 
 def _unfit_flank(design: Design, error: LibraryError) -> tuple[str, str]:
     found = design.values[error.key].value
-    if error.high == 0:
-        return f"'{found}'", "'involute': the teeth of a ring wave generator have no other flanks"
     rigid = error.key == "teeth.rigid_flank"
     if found == "conjugate" and not rigid:
         return "'conjugate'", "teeth.rigid_flank = 'points', the flank that generates it"
@@ -556,7 +554,8 @@ def _unfit_flank(design: Design, error: LibraryError) -> tuple[str, str]:
 def _no_reach(design: Design, error: LibraryError) -> tuple[str, str]:
     return (
         f"{error.found:.6g}, which moves the conjugate flank out of the mesh",
-        f"more than {error.low:.6g}, its engagement depth being "
+        f"{'more' if error.found <= error.low else 'less'} than "
+        f"{error.low if error.found <= error.low else error.high:.6g}, its engagement depth being "
         f"{design.values['teeth.engagement_depth'].value:g}",
     )
 
@@ -622,13 +621,29 @@ ARC_FAULTS: dict[str, tuple[str, str]] = {
         "on the deformation axis",
     ),
     "flank.rigid_points": (
-        "half a space of {:.6g} mm",
+        "half a space or tooth of {:.6g} mm",
         "more than 0 and less than {1:.6g} mm, half the pitch there",
     ),
     "flank.points, teeth.root_clearance": (
         "points that begin at {:.6g} mm from the gear's centre",
         "the root at {1:.6g} mm or below",
     ),
+    "flank.points, teeth.engagement_depth": (
+        "points that begin at {:.6g} mm from the gear's centre",
+        "the tip at {1:.6g} mm or below",
+    ),
+    "flank.points, generator.deflection_mm": (
+        "points that end at {:.6g} mm from the gear's centre",
+        "the root at {0:.6g} mm or beyond",
+    ),
+}
+ARC_FAULTS |= {
+    f"{name}, {inward}": ARC_FAULTS[f"{name}, {outward}"]
+    for inward, outward, names in (
+        ("teeth.engagement_depth", "teeth.tooth_height", ("rho_a", "kappa", "s_M")),
+        ("generator.deflection_mm", "teeth.root_clearance", ("rho_f", "kappa", "s_M")),
+    )
+    for name in (f"flank.{end}" for end in names)
 }
 """What was found and what was expected of arcs that make no flank, by the keys that disagree."""
 
