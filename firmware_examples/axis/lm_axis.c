@@ -72,7 +72,8 @@ lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_axis_
                ? refuse(fault, LM_OUT_OF_RANGE, "motor_over_ratio_rad", motor_over_ratio_rad)
                : refuse(fault, LM_OUT_OF_RANGE, "zero_rad", zero_rad);
   }
-  status = lm_start_compensator(&a->compensator, parameters, at->torque_Nm, fault);
+  a->gravity_Nm = is_known(at->torque_Nm) ? at->torque_Nm : 0;
+  status = lm_start_compensator(&a->compensator, parameters, a->gravity_Nm, fault);
   if (status != LM_OK) {
     return status;
   }
@@ -80,13 +81,15 @@ lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_axis_
     /* A history that was never saved, or belongs to other parameters, is refused: the memory
      * remains unknown. */
     if (lm_restore_compensator(&a->compensator, &kept->history, 0) == LM_OK &&
-        is_known(kept->beyond_Nm)) {
+        is_known(kept->beyond_Nm) && is_known(kept->gravity_Nm)) {
       a->beyond_Nm = kept->beyond_Nm;
+      a->gravity_Nm = is_known(at->torque_Nm) ? at->torque_Nm : kept->gravity_Nm;
     }
     kept->history.format = 0;
   }
-  first.torque_Nm += a->beyond_Nm;
-  a->torque_Nm = is_known(first.torque_Nm) ? first.torque_Nm : 0;
+  first.torque_Nm = a->gravity_Nm + a->beyond_Nm;
+  a->torque_Nm = first.torque_Nm;
+  a->fed_Nm = first.torque_Nm;
   a->follow.temperature_C = at->temperature_C;
   a->last = *at;
   a->correction = lm_settle_compensator(&a->compensator, &first);
@@ -118,19 +121,11 @@ static void absorb_jump(lm_axis *a, float commanded_Nm) {
   a->command_jumps = size(a->follow.late_rad) >= LM_FOLLOW_NEAR_RAD ? a->command_jumps - 1 : 0;
 }
 
-/* The offset ends: nothing moves with the loop open, the position loop takes it over while paused,
- * and closed it creeps. */
-static void end_offset(lm_axis *a) {
-  const float creep_Nm = a->follow.period_s * a->creep_Nm_s;
-  if (a->state == LM_AXIS_OPEN) {
-    a->off_Nm = 0;
-  } else if (a->state == LM_AXIS_PAUSED) {
-    a->off_Nm -= a->off_Nm * a->follow.period_s / LM_AXIS_FEED_S;
-  } else if (size(a->off_Nm) > creep_Nm) {
-    a->off_Nm += a->off_Nm < 0 ? creep_Nm : -creep_Nm;
-  } else {
-    a->off_Nm = 0;
-  }
+static float creep(const lm_axis *a, float from_Nm, float to_Nm, float rate_Nm_s) {
+  const float most_Nm = a->follow.period_s * rate_Nm_s;
+  return to_Nm - from_Nm > most_Nm   ? from_Nm + most_Nm
+         : from_Nm - to_Nm > most_Nm ? from_Nm - most_Nm
+                                     : to_Nm;
 }
 
 /* A measured source moves the torque: it begins only while the motor does not follow, and from the
@@ -159,36 +154,35 @@ static void measure(lm_axis *a, lm_axis_source source, float commanded_Nm, int t
   a->input_missing = a->input_missing || !there;
 }
 
-/* While the motor is held, the load does not change with the torque in use: the integrator of the
- * position loop takes over what is fed forward. */
-static void lag_feed(lm_axis *a, float change_Nm) {
-  const float end_Nm = a->unfeeds ? -(a->torque_Nm + change_Nm) : 0;
-  if (a->state == LM_AXIS_OPEN) {
-    a->lag_Nm = end_Nm;
-    return;
-  }
-  a->lag_Nm -= a->state == LM_AXIS_PAUSED ? change_Nm : 0;
-  a->lag_Nm += (end_Nm - a->lag_Nm) * a->follow.period_s / LM_AXIS_FEED_S;
+/* What becomes known of the load while the drive bears it, its integrator bears already. */
+static void feed(lm_axis *a, float torque_Nm) {
+  const float rate_Nm_s =
+      a->unfeeds ? a->creep_Nm_s * LM_AXIS_CREEP_S / LM_AXIS_FEED_S : a->creep_Nm_s;
+  const float end_Nm = a->unfeeds ? 0 : torque_Nm;
+  a->fed_Nm += a->state == LM_AXIS_CLOSED ? torque_Nm - a->torque_Nm : 0;
+  a->fed_Nm = a->held ? creep(a, a->fed_Nm, end_Nm, rate_Nm_s) : end_Nm;
 }
 
 static float use(lm_axis *a, float torque_Nm) {
-  end_offset(a);
+  a->off_Nm = a->state == LM_AXIS_CLOSED ? creep(a, a->off_Nm, 0, a->creep_Nm_s) : 0;
   torque_Nm += a->off_Nm;
   if (is_known(torque_Nm)) {
-    lag_feed(a, torque_Nm - a->torque_Nm);
+    feed(a, torque_Nm);
     a->torque_Nm = torque_Nm;
   }
   return torque_Nm;
 }
 
-float lm_axis_gravity(lm_axis *a, float gravity_Nm) {
+float lm_axis_gravity(lm_axis *a, float gravity_Nm, int homed) {
+  if (!homed) {
+    return a->gravity_Nm;
+  }
   if (!is_known(gravity_Nm)) {
     return gravity_Nm;
   }
-  if (a->weighed && a->command_jumps == 0 && size(gravity_Nm - a->gravity_Nm) > a->step_Nm) {
+  if (a->command_jumps == 0 && size(gravity_Nm - a->gravity_Nm) > a->step_Nm) {
     lm_axis_payload(a);
   }
-  a->weighed = 1;
   a->gravity_Nm = gravity_Nm;
   return gravity_Nm;
 }
@@ -272,9 +266,6 @@ static lm_axis_wait judge_standstill(lm_axis *a, float motor_over_ratio_rad) {
                         : !(apart_rad < LM_AXIS_APART_RAD);
   a->stood_s = lm_find_standstill(&a->compensator, &a->standstill);
   a->input_missing = 0;
-  if (size(a->off_Nm) > a->creep_Nm_s * LM_AXIS_FEED_S) { /* the correction will move */
-    forget_standstill(a);
-  }
   if (moves || missing) {
     a->stood_at_rad = motor_over_ratio_rad;
     forget_standstill(a);
@@ -401,7 +392,7 @@ float lm_axis_rate(const lm_axis *a, float planned_rad_s) {
 }
 
 float lm_axis_feed(const lm_axis *a) {
-  return a->unfed ? 0 : -(a->torque_Nm + a->lag_Nm);
+  return a->unfed ? 0 : -a->fed_Nm;
 }
 
 int lm_axis_guide(lm_axis *a, float command_rad, const lm_correction *correction) {
@@ -430,7 +421,6 @@ void lm_axis_hold(lm_axis *a) {
   if (a->state == LM_AXIS_OPEN) {
     a->state = LM_AXIS_PAUSED;
     a->holds = 1;
-    a->lag_Nm = -a->torque_Nm; /* the integrator bears the load */
     forget_standstill(a);
   }
 }
@@ -546,6 +536,7 @@ lm_axis_wait lm_axis_power_down(lm_axis *a, lm_axis_kept *kept) {
   }
   lm_save_compensator(&a->compensator, &kept->history);
   kept->beyond_Nm = a->beyond_Nm;
+  kept->gravity_Nm = a->gravity_Nm;
   a->state = LM_AXIS_OFF;
   return LM_AXIS_READY;
 }

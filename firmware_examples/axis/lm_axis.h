@@ -26,12 +26,13 @@
 /* A motor that is further from the setpoint is not held there: more than a position loop yields. */
 #define LM_AXIS_APART_RAD 0.01f
 
-/* A jump that the torque in use has not made is made in LM_AXIS_PAUSED with this time constant,
- * longer than the integral time of a position loop: its integrator takes over the feed-forward. */
-#define LM_AXIS_FEED_S 1.0f
+/* The torque limit of the parameters in this time: so fast the feed-forward ends before another
+ * mode, and the integrator of the position loop (integral time 0.15 s) takes over the load with an
+ * error of some arcsec. */
+#define LM_AXIS_FEED_S 50.0f
 
-/* In LM_AXIS_CLOSED, at most the torque limit of the parameters in this time: the correction
- * creeps by a few arcsec a second at most. */
+/* The same for a torque in use, in LM_AXIS_CLOSED, and a feed-forward that differ from their new
+ * value although the load has not changed: a few arcsec a second at most. */
 #define LM_AXIS_CREEP_S 1000.0f
 
 /* An axis is slower: a greater change of gravity in a tick, at the torque limit, is a payload. */
@@ -103,11 +104,11 @@ typedef struct lm_axis {
   float beyond_Nm;       /* what the measurement adds to the torque of the command */
   float off_Nm; /* jump of the torque of the command that the torque in use has still to make */
   float creep_Nm_s;
-  int weighed; /* lm_axis_gravity was called */
-  float gravity_Nm;
-  float step_Nm; /* of gravity, that no motion makes */
-  int unfeeds;   /* lm_drive: the feed-forward ends, before another mode */
-  float lag_Nm;  /* of the feed-forward behind torque_Nm */
+  float gravity_Nm; /* last known one */
+  float step_Nm;    /* of gravity, that no motion makes */
+  int held;     /* lm_drive: the drive bears the load, and nothing that is fed forward may step */
+  int unfeeds;  /* lm_drive: the feed-forward ends: another mode may ignore it */
+  float fed_Nm; /* torque_Nm, as far as it is fed forward */
   float believed_Nm;
   float bound_Nm;
   float share; /* of the filter in a tick */
@@ -116,14 +117,15 @@ typedef struct lm_axis {
 } lm_axis;
 
 /* What lm_drive_power_down saves, for memory that survives. beyond_Nm: what a measurement added to
- * the torque of the command; set it to 0 if the payload changed meanwhile (lm_axis_payload). */
+ * the torque of the command. Set history.format to 0 if the load changed meanwhile. */
 typedef struct lm_axis_kept {
   lm_saved history;
   float beyond_Nm;
+  float gravity_Nm;
 } lm_axis_kept;
 
 /* Power-up, the loop open, the brake on. at: the conditions, with the torque of the command:
- * gravity at motor_over_ratio_rad + zero_rad. zero_rad: the stored zero of an absolute encoder,
+ * gravity at motor_over_ratio_rad + zero_rad, or LM_UNKNOWN: that of the power-down. zero_rad: the stored zero of an absolute encoder,
  * otherwise 0. kept: of the last power-down, or null. It is used up: write *kept back to its
  * memory before the loop closes, so that a later reset does not restore it again. Errors: those of
  * lm_start_compensator; LM_OUT_OF_RANGE ("motor_over_ratio_rad", "zero_rad": not finite or beyond
@@ -138,8 +140,8 @@ lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_axis_
  * (compensator.h: signs); 0 if unknown. They filter at a tenth of the resonance for which the
  * parameters were exported. The torque does not jump when its source or the zero changes: the
  * command keeps the last difference to a measurement, until power-up with beyond_Nm 0 or
- * lm_axis_payload. A jump of gravity with the zero or a payload is made with LM_AXIS_FEED_S in
- * LM_AXIS_PAUSED, and creeps in LM_AXIS_CLOSED (LM_AXIS_CREEP_S).
+ * lm_axis_payload. A jump of gravity with the zero or a payload is made in LM_AXIS_PAUSED, and
+ * creeps in LM_AXIS_CLOSED (LM_AXIS_CREEP_S).
  *
  * sensed_Nm: minus the torque of the gear on the link, which a sensor between them measures. Not
  * filtered; between two samples the last one. If it is not finite for the time of LM_AXIS_STAND,
@@ -156,16 +158,18 @@ float lm_axis_use_sensor(lm_axis *a, float commanded_Nm, float sensed_Nm);
 float lm_axis_use_current(lm_axis *a, const lm_motor *motor, float commanded_Nm, float current_A,
                           float motor_rad_s, float acceleration_rad_s2, int follows);
 
-/* Gravity for the torque of the command, in every tick. A step that no motion makes (payload, zero,
- * another axis that is homed) counts as lm_axis_payload. Returns gravity_Nm. */
-float lm_axis_gravity(lm_axis *a, float gravity_Nm);
+/* Gravity for the torque of the command, in every tick. homed 0: the zero is not known, and so
+ * gravity_Nm is not; the last one is used, also that of the power-down. A step that no motion makes
+ * (payload, zero, another axis that is homed) counts as lm_axis_payload. */
+float lm_axis_gravity(lm_axis *a, float gravity_Nm, int homed);
 
 /* Velocity feed-forward, of the output: the planner's velocity plus the rate of the correction in
  * LM_AXIS_CLOSED, otherwise 0. A velocity that is not finite is replaced by that of the command. */
 float lm_axis_rate(const lm_axis *a, float planned_rad_s);
 
-/* Torque feed-forward, of the output: against the load. 0 if the loop was closed for a test: its
- * sign is not known. */
+/* Torque feed-forward, of the output: against the load. While the drive bears the load it changes
+ * with the load alone: a torque that becomes known is already borne by the integrator. 0 if the
+ * loop was closed for a test: its sign is not known. */
 float lm_axis_feed(const lm_axis *a);
 
 /* Once in every period, in all states; after an overrun not twice; elapsed_s of the first one is
@@ -222,7 +226,7 @@ float lm_axis_index(lm_axis *a, float latched_rad, float index_rad);
 /* Another payload: call it between the last torque of the command without it and the first one with
  * it, in one step; also if it was changed behind the brake. The torque in use does not jump. A
  * measured source has the payload from the measurement; the torque of the command alone forgets
- * what a measurement had added, and makes the jump as above, in LM_AXIS_OPEN at once. */
+ * what a measurement had added, and makes the jump as above. */
 void lm_axis_payload(lm_axis *a);
 
 /* For an axis that turns without end: whole turns of the output were added to the origin of

@@ -6,6 +6,7 @@
 static int take_report(lm_drive *d, lm_axis *a, const lm_drive_report *report) {
   int left;
   d->last = report->lost ? d->last : *report;
+  d->last.fault = d->last.fault || (!d->own_brake && a->lost_ticks > LM_FOLLOW_LOST_TICKS);
   left = d->operated && !d->last.enabled;
   d->operated = d->last.enabled && !d->last.fault;
   d->ending = d->ending && d->operated;
@@ -64,11 +65,10 @@ static void stop(lm_drive *d, lm_axis *a, int at_once, float period_s) {
 /* Another mode may ignore the torque that is fed forward, or the position loop of the drive. */
 static void leave(lm_drive *d, lm_axis *a) {
   const int rests = a->state != LM_AXIS_CLOSED || a->follow.rested_s >= LM_FOLLOW_REST_S;
-  const float fed_Nm = lm_axis_feed(a);
-  a->unfeeds = d->leave && rests;
-  d->may_leave =
-      a->unfeeds && a->state != LM_AXIS_CLOSED &&
-      (a->state < LM_AXIS_PAUSED || lm_follow_size(fed_Nm) <= a->creep_Nm_s * LM_AXIS_FEED_S);
+  a->held = d->enable || d->operated;
+  a->unfeeds = rests && (d->leave || d->last.other_mode);
+  d->may_leave = d->leave && a->unfeeds && a->state != LM_AXIS_CLOSED &&
+                 (!a->held || lm_follow_size(a->fed_Nm) <= 0);
 }
 
 void lm_drive_step(lm_drive *d, lm_axis *a, const lm_drive_report *report, int run) {

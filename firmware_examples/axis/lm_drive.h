@@ -21,8 +21,9 @@
 typedef struct lm_drive_report {
   int enabled;    /* in operation, in any mode */
   int other_mode; /* not the mode that follows the setpoint */
-  int fault;      /* trip, safe torque off, an encoder that the position loop needs is lost; not the
-                     button of the emergency stop, with which the planner stops the axis */
+  int fault;      /* trip, safe torque off; not the button of the emergency stop, with which the
+                     planner stops the axis. The position loop of the host (own_brake 0) has one,
+                     too, without the motor's angle for more than LM_FOLLOW_LOST_TICKS */
   int preparing;  /* not enabled yet, and cannot be in the next cycle */
   int lost;       /* no report (bus): the last one is used */
 } lm_drive_report;

@@ -13,12 +13,12 @@
 #define NEAR_RAD 9e-5f /* below LM_FOLLOW_NEAR_RAD */
 #define TURN_RAD 6.28318531f
 
-#define PERIOD_S 5e-4f   /* of the parameters */
-#define STAND_TICKS 501  /* LM_AXIS_STAND is 448 */
-#define BEAR_TICKS 1120  /* the same at RESPONSE_PER_S */
-#define FEED_TICKS 12000 /* six times LM_AXIS_FEED_S */
+#define PERIOD_S 5e-4f  /* of the parameters */
+#define STAND_TICKS 501 /* LM_AXIS_STAND is 448 */
+#define BEAR_TICKS 1120 /* the same at RESPONSE_PER_S */
 #define CREEP_TICKS 2000
 #define CREEP_NM 0.06f /* in that time: of 60 N m in LM_AXIS_CREEP_S */
+#define FEED_TICKS 200
 
 /* A motor current: what it adds to the torque of the command, what friction at rest can hide of
  * that, its filter at a tenth of the resonance, and the response for this resonance. */
@@ -215,6 +215,36 @@ static int lose_measurement(joint *j, int by_current) {
   return j->drive.state != LM_AXIS_CLOSED || size(j->drive.torque_Nm - LOAD_NM) > 0.01f;
 }
 
+/* The torque becomes known while the drive bears the load: what is fed forward creeps to it, and a
+ * drive that is disabled begins with it. */
+static int feed_steps(joint *j, float torque_Nm) {
+  const float before_Nm = lm_axis_feed(&j->drive);
+  float fed_Nm = before_Nm;
+  int k;
+  j->drive.held = 1;
+  for (k = 0; k < FEED_TICKS; ++k) {
+    (void)lm_axis_use_command(&j->drive, torque_Nm);
+    if (size(lm_axis_feed(&j->drive) - fed_Nm) > 1.1f * CREEP_NM / CREEP_TICKS) {
+      return 1;
+    }
+    fed_Nm = lm_axis_feed(&j->drive);
+  }
+  j->drive.held = 0;
+  (void)lm_axis_use_command(&j->drive, torque_Nm);
+  return size(fed_Nm - before_Nm) < 0.9f * CREEP_NM * FEED_TICKS / CREEP_TICKS ||
+         size(lm_axis_feed(&j->drive) + torque_Nm) > 0;
+}
+
+/* Gravity that is not known yet, or no more, is the last one; known, it may step. */
+static int weigh(joint *j) {
+  const float before_Nm = lm_axis_use_command(&j->drive, lm_axis_gravity(&j->drive, LOAD_NM, 1));
+  return size(lm_axis_gravity(&j->drive, -LOAD_NM, 0) - LOAD_NM) > 0 ||
+         size(lm_axis_use_command(&j->drive, lm_axis_gravity(&j->drive, -LOAD_NM, 1)) - before_Nm) >
+             JUMP_NM ||
+         size(lm_axis_use_command(&j->drive, lm_axis_gravity(&j->drive, LOAD_NM, 1)) - before_Nm) >
+             JUMP_NM;
+}
+
 /* Gravity jumps with the zero: the torque does not, until the axis is paused. */
 static int shift_gravity(joint *j) {
   float before_Nm;
@@ -239,14 +269,7 @@ static int shift_gravity(joint *j) {
   if (size(after_Nm - before_Nm + CREEP_NM) > 0.1f * CREEP_NM || lm_axis_pause(&j->drive)) {
     return 1;
   }
-  for (k = 0; k < FEED_TICKS; ++k) {
-    before_Nm = after_Nm;
-    after_Nm = lm_axis_use_command(&j->drive, LOAD_NM - 4.0f);
-    if (size(after_Nm - before_Nm) > 4.0f * PERIOD_S) {
-      return 1; /* an integrator of the position loop could not follow */
-    }
-  }
-  if (size(after_Nm - LOAD_NM + 4.0f) > 0.1f) {
+  if (feed_steps(j, LOAD_NM - 4.0f) || size(j->drive.torque_Nm - LOAD_NM + 4.0f) > 0) {
     return 1;
   }
   (void)lm_axis_use_command(&j->drive, LOAD_NM);
@@ -292,6 +315,7 @@ static int confuse_planner(joint *j) {
   before_rad = j->motor_rad;
   wish_rad = j->wish_rad;
   if (!lm_axis_pause(&j->drive) || !lm_axis_set_mode(&j->drive, LM_MODE_RESET) ||
+      !lm_axis_headroom(&j->drive, 0) ||
       lm_axis_change(&j->drive, &joint_parameters, 0) != LM_INCONSISTENT) {
     return 1;
   }
@@ -408,10 +432,8 @@ static int change_payload(joint *j) {
   }
   (void)lm_axis_use_command(&j->drive, LOAD_NM + 2 * payload_Nm);
   lm_axis_payload(&j->drive); /* the command has all of it: what was measured counts no more */
-  for (k = 0; k < FEED_TICKS; ++k) {
-    (void)lm_axis_use_command(&j->drive, LOAD_NM + 2.5f * payload_Nm);
-  }
-  if (size(j->drive.torque_Nm - LOAD_NM - 2.5f * payload_Nm) > 0.1f) {
+  (void)lm_axis_use_command(&j->drive, LOAD_NM + 2.5f * payload_Nm);
+  if (size(j->drive.torque_Nm - LOAD_NM - 2.5f * payload_Nm) > 0) {
     return 1;
   }
   lm_axis_payload(&j->drive); /* put down again, and measured by nothing */
@@ -529,11 +551,9 @@ static int lose_thermometer(joint *j) {
   return j->drive.state != LM_AXIS_CLOSED || size(before_C - 20.1f) > 0.01f;
 }
 
-/* A condition that is lost and returns with another value, and a torque in use that changes while
- * the motor is held: the axis is still, and what is fed forward changes slowly. */
+/* A condition that is lost and returns with another value: the axis is still. */
 static int lose_condition(joint *j) {
   lm_conditions at = conditions(LOAD_NM);
-  float fed_Nm;
   int k;
   if (lm_axis_pause(&j->drive)) {
     return 1;
@@ -555,17 +575,6 @@ static int lose_condition(joint *j) {
   (void)lm_axis_tick(&j->drive, &at, j->motor_rad, j->wish_rad, 1);
   if (size(j->drive.last.tilt_moment_Nm - 5) > 0 || j->drive.condition_waits) {
     return 1;
-  }
-  (void)lm_axis_use_command(&j->drive, LOAD_NM);
-  for (k = 0; k < STAND_TICKS; ++k) {
-    fed_Nm = lm_axis_feed(&j->drive);
-    (void)lm_axis_use_command(&j->drive, 2 * LOAD_NM);
-    if (size(lm_axis_feed(&j->drive) - fed_Nm) > 1.1f * size(LOAD_NM) * PERIOD_S) {
-      return 1;
-    }
-  }
-  for (k = 0; k < FEED_TICKS; ++k) {
-    (void)lm_axis_use_command(&j->drive, LOAD_NM);
   }
   return join(j) > STILL_RAD;
 }
@@ -643,7 +652,8 @@ static int pass_on_finite(joint *j) {
   return join(j) > STILL_RAD;
 }
 
-/* Angles and torque are lost in motion, and return: no jump, although the planner went on. */
+/* Angles and torque are lost in motion, and return: no jump, although the planner went on; and none
+ * after a long time, in which the drive has stopped elsewhere. */
 static int lose_bus(joint *j) {
   const lm_conditions none = conditions(LM_UNKNOWN);
   float before_rad;
@@ -663,8 +673,17 @@ static int lose_bus(joint *j) {
     }
   }
   run(j, 10, LOAD_NM, 0);
-  return j->drive.state != LM_AXIS_PAUSED || join(j) > ARRIVED_RAD ||
-         size(j->motor_rad - before_rad) > ARRIVED_RAD;
+  if (j->drive.state != LM_AXIS_PAUSED || join(j) > ARRIVED_RAD ||
+      size(j->motor_rad - before_rad) > ARRIVED_RAD) {
+    return 1;
+  }
+  for (k = 0; k < STAND_TICKS; ++k) {
+    (void)lm_axis_tick(&j->drive, &none, not_a_number(), j->wish_rad, 1);
+  }
+  j->motor_rad += FAST_RAD;
+  before_rad = j->motor_rad;
+  run(j, 1, LOAD_NM, 0);
+  return join(j) > STILL_RAD || size(j->motor_rad - before_rad) > STILL_RAD;
 }
 
 /* A planner with half the rate of the tick, or one wish that is no number, is not at rest: nothing
@@ -744,6 +763,7 @@ int axis_story(float *most_rad) {
   static joint j;
   static lm_axis_kept kept;     /* in memory that survives power-down */
   static lm_parameters smaller; /* another set, with half the correction */
+  lm_headroom headroom = {0, LM_UNKNOWN, LM_UNKNOWN, LM_UNKNOWN};
   const lm_conditions at = conditions(LOAD_NM);
   float moved_rad;
   float zero_rad;
@@ -833,14 +853,17 @@ int axis_story(float *most_rad) {
       size(lm_axis_reported(&j.drive, j.motor_rad) - 1.5f) > ARRIVED_RAD) {
     return 8;
   }
-  /* At rest: the correction goes to zero and back, and to other parameters and back; nothing
-   * moves. */
+  /* At rest: the correction goes to zero and back, to other parameters and back, to less headroom
+   * and back; nothing moves. */
   zero_rad = output(&j);
   smaller = joint_parameters;
   smaller.limits.correction_rad = 0.5f * size(j.drive.correction.correction_rad);
-  for (k = 0; k < 4; ++k) {
+  headroom.correction_rad = smaller.limits.correction_rad;
+  for (k = 0; k < 6; ++k) {
     if (k < 2) {
       (void)lm_axis_set_mode(&j.drive, k == 0 ? LM_MODE_RESET : LM_MODE_RUN);
+    } else if (k >= 4) {
+      (void)lm_axis_headroom(&j.drive, k == 4 ? &headroom : 0);
     } else if (lm_axis_change(&j.drive, k == 2 ? &smaller : &joint_parameters, 0) != LM_OK) {
       return 12;
     }
@@ -856,7 +879,7 @@ int axis_story(float *most_rad) {
   if (moved_rad > STILL_RAD) {
     return 16;
   }
-  if (lose_measurement(&j, 0) || lose_measurement(&j, 1) || shift_gravity(&j)) {
+  if (lose_measurement(&j, 0) || lose_measurement(&j, 1) || weigh(&j) || shift_gravity(&j)) {
     return 18;
   }
   if (confuse_planner(&j)) {

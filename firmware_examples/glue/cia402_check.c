@@ -14,13 +14,15 @@
 #define STAND_CYCLES 620 /* LM_AXIS_STAND, the states of the drive, its brake */
 #define SWING_NM 10.0f   /* of the arm against the brake, at 20 Hz */
 #define SWING_CYCLES 50
-#define STEP_RAD 5e-7f /* a motor that is enabled, braked or off moves by less: one increment */
+#define MODE_CYCLES 22000 /* LM_AXIS_FEED_S, of 60 N m, for LOAD_NM */
+#define STEP_RAD 5e-7f    /* a motor that is enabled, braked or off moves by less: one increment */
 
 typedef struct csp_drive {
   uint16_t status;
   int32_t mode;      /* 0x6061 */
   int32_t motor;     /* increments */
   int32_t apart_inc; /* in another mode */
+  int subtracts;     /* reports_offset 0: the offset of CSP, which other modes do not have */
   int stays_there;   /* 0x605A = 5: after the stop the drive holds its position */
 } csp_drive;
 
@@ -80,7 +82,9 @@ static float reference(cia402_axis *cia, const cia402_input *in, float angle_rad
 static cia402_input read_drive(const cell *c) {
   cia402_input in;
   in.statusword = (uint16_t)(c->drive.status | CIA402_FOLLOWS);
-  in.position_actual = c->drive.motor;
+  in.position_actual =
+      c->drive.motor -
+      (c->drive.subtracts && c->drive.mode == CIA402_CSP ? c->cia.sent.position_offset : 0);
   in.valid = 1;
   in.mode = c->drive.mode;
   return in;
@@ -268,7 +272,8 @@ static int check_trip(cell *c, float *wish_rad) {
   return 0;
 }
 
-/* The bus is lost in motion, and returns: the demand stays, although the planner went on. */
+/* The bus is lost in motion, and returns: the demand stays, although the planner went on. After a
+ * long time it is where the drive has stopped. */
 static int check_bus(cell *c, float *wish_rad) {
   const lm_conditions none = LM_CONDITIONS_UNKNOWN;
   int32_t motor;
@@ -295,7 +300,19 @@ static int check_bus(cell *c, float *wish_rad) {
   }
   *wish_rad = c->cia.axis.command_rad;
   cycles(c, STAND_CYCLES, LOAD_NM, wish_rad, 0, 1);
-  return is_closed(c) && c->drive.motor >= motor - 5 && c->drive.motor <= motor + 5 ? 0 : 31;
+  if (!is_closed(c) || c->drive.motor < motor - 5 || c->drive.motor > motor + 5) {
+    return 31;
+  }
+  for (k = 0; k < STAND_CYCLES; ++k) {
+    const cia402_input in = {0, 0, 0, 0};
+    (void)cia402_cycle(&c->cia, &in, &none, *wish_rad, 1);
+  }
+  c->drive.motor += 2000;
+  c->largest_rad = 0;
+  cycles(c, 2 * STAND_CYCLES, LOAD_NM, wish_rad, 0, 1);
+  *wish_rad = c->cia.axis.command_rad;
+  cycles(c, STAND_CYCLES, LOAD_NM, wish_rad, 0, 1);
+  return is_closed(c) && c->largest_rad <= 2 * STEP_RAD ? 0 : 31;
 }
 
 /* The wish steps or is missing for some cycles in motion; enable is 0 for three cycles that the
@@ -379,6 +396,7 @@ static int check_bit12(cell *c, float *wish_rad) {
   const float rate_rad = 5e-4f;
   lm_conditions at = LM_CONDITIONS_UNKNOWN;
   cia402_output out = c->cia.sent;
+  int16_t fed = 0;
   int k;
   at.torque_Nm = LOAD_NM;
   *wish_rad = c->cia.axis.command_rad;
@@ -389,32 +407,48 @@ static int check_bit12(cell *c, float *wish_rad) {
     cia402_input in = read_drive(c);
     in.statusword &= (uint16_t)~CIA402_FOLLOWS;
     *wish_rad += rate_rad;
+    at.torque_Nm = lm_axis_use_command(&c->cia.axis, LOAD_NM);
     (void)cia402_cycle(&c->cia, &in, &at, *wish_rad, 1);
+    fed = k == 10 ? c->cia.sent.torque_offset : fed;
   }
   cycles(c, 20, LOAD_NM, wish_rad, rate_rad, 1);
-  if (c->largest_rad > 1.1f * rate_rad || is_closed(c)) {
+  if (c->largest_rad > 1.1f * rate_rad || is_closed(c) || c->cia.sent.torque_offset == fed) {
     return 46;
   }
   *wish_rad = c->cia.axis.command_rad;
   cycles(c, 10 * STAND_CYCLES, LOAD_NM, wish_rad, 0, 1);
   c->drive.apart_inc = 0;
   c->cia.mode = 1;
-  for (k = 0; k < 20 * STAND_CYCLES; ++k) {
+  c->cia.values.reports_offset = 0;
+  c->drive.subtracts = 1;
+  c->largest_rad = 0;
+  for (k = 0; k < MODE_CYCLES + 5 * STAND_CYCLES; ++k) {
     const cia402_input in = read_drive(c);
     const int16_t before = c->cia.sent.torque_offset;
-    if (k == 15 * STAND_CYCLES) {
+    const int32_t motor = c->drive.motor;
+    if (k == MODE_CYCLES) {
       c->cia.mode = 0;
     }
     at.torque_Nm = lm_axis_use_command(&c->cia.axis, LOAD_NM);
     out = cia402_cycle(&c->cia, &in, &at, c->cia.axis.command_rad, 1);
+    if (!is_close(cia402_latched(&c->cia, in.position_actual),
+                  cia402_angle(&c->cia.values, motor))) {
+      return 49;
+    }
     if (out.torque_offset > before + 1 || out.torque_offset < before - 1 ||
-        (out.mode == 1 && out.torque_offset > 2) || (k == 14 * STAND_CYCLES && out.mode != 1)) {
+        (out.mode == 1 && (out.torque_offset != 0 || k < MODE_CYCLES * 3 / 4)) ||
+        (k == MODE_CYCLES - 1 && out.mode != 1)) {
       return 47;
     }
     c->drive.mode = out.mode;
     run_drive(&c->drive, &out);
+    if (c->drive.motor > motor + 1 || c->drive.motor < motor - 1) {
+      return 49;
+    }
   }
-  cycles(c, 12 * STAND_CYCLES, LOAD_NM, wish_rad, 0, 1);
+  c->cia.values.reports_offset = 1;
+  c->drive.subtracts = 0;
+  cycles(c, 2 * STAND_CYCLES, LOAD_NM, wish_rad, 0, 1);
   *wish_rad = c->cia.axis.command_rad;
   cycles(c, STAND_CYCLES, LOAD_NM, wish_rad, 0, 1);
   return is_closed(c) ? 0 : 48;

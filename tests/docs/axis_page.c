@@ -10,6 +10,7 @@
 #define PERIOD_S 5e-4f
 #define WEIGHT_NM (-12.0f)
 #define STIFFNESS 2e4f /* of the position loop, N m/rad at the output */
+#define INTEGRAL_S 0.15f
 #define TRUE_ZERO_RAD 0.4f
 #define LAG 0.2f       /* of the position loop, a tick */
 #define FALL_RAD 1e-5f /* a tick, without brake and loop */
@@ -35,6 +36,7 @@ static plan planned;
 static float target_rad, setpoint_rad, feed_Nm;
 static float motor_over_ratio_rad = 0.2f, twist_rad, load_Nm = WEIGHT_NM, last_motor_rad;
 static float released_s, braked_s = 1, on_s, jump_rad;
+static float integral_Nm, followed_rad; /* of the drive: it follows without lag */
 static int on, tripped, ordered, release_ordered;
 static lm_memory gear;
 
@@ -55,7 +57,7 @@ static float cosine(float x) { /* of a small angle */
 }
 
 float gravity_Nm(float angle_rad) {
-  return homed ? WEIGHT_NM * cosine(angle_rad) : stored.gravity_Nm;
+  return WEIGHT_NM * cosine(angle_rad);
 }
 
 float elapsed_s(void) {
@@ -123,7 +125,7 @@ int loop_on, loop_fault;
 static float velocity_rad_s;
 
 float motor_rad(void) {
-  return motor_over_ratio_rad * RATIO;
+  return lost ? LM_UNKNOWN : motor_over_ratio_rad * RATIO;
 }
 
 float motor_rad_s(void) {
@@ -169,9 +171,9 @@ static void report(void) {
   velocity_rad_s = (motor_over_ratio_rad - last_motor_rad) / PERIOD_S;
 }
 
-static void power_on(void) {
+static lm_status power_on(void) {
   extern lm_status power_up(float, lm_fault *);
-  (void)power_up(motor_rad() / RATIO, 0);
+  return power_up(motor_rad() / RATIO, 0);
 }
 #elif KIND == 1
 struct inputs {
@@ -199,10 +201,10 @@ static void report(void) {
   in.motor_rad = motor_over_ratio_rad * RATIO;
 }
 
-static void power_on(void) {
+static lm_status power_on(void) {
   extern lm_status power_up(float, lm_fault *);
   report();
-  (void)power_up(in.motor_rad / RATIO, 0);
+  return power_up(in.motor_rad / RATIO, 0);
 }
 #else
 #define RAD (131072.0f * RATIO / 6.28318531f)
@@ -227,11 +229,11 @@ static void report(void) {
   in.mode = CIA402_CSP;
 }
 
-static void power_on(void) {
+static lm_status power_on(void) {
   extern lm_status power_up(lm_fault *);
   out.controlword = 0;
   report();
-  (void)power_up(0);
+  return power_up(0);
 }
 #endif
 
@@ -246,17 +248,21 @@ static void move(void) {
     on = on && braked_s < CLOSES_S;
   }
   on = on && !tripped;
+  integral_Nm = on && braked_s < CLOSES_S ? integral_Nm : 0;
   released_s = release_ordered && (KIND == 0 || (on && ordered)) ? released_s + PERIOD_S : 0;
   braked_s = released_s > OPENS_S ? 0 : braked_s + PERIOD_S;
   if (braked_s < CLOSES_S && on && d->own_stop && !ordered && KIND == 1) {
     motor_over_ratio_rad += RAMP_RAD; /* by itself */
   } else if (braked_s < CLOSES_S && on) {
-    const float yields_rad = (load_Nm + feed_Nm) / STIFFNESS;
+    const float yields_rad = (load_Nm + feed_Nm + integral_Nm) / STIFFNESS;
+    integral_Nm += (setpoint_rad - motor_over_ratio_rad) * STIFFNESS * PERIOD_S / INTEGRAL_S;
+    motor_over_ratio_rad += setpoint_rad - followed_rad;
     motor_over_ratio_rad += LAG * (setpoint_rad + yields_rad - motor_over_ratio_rad);
   } else if (braked_s < CLOSES_S) {
     motor_over_ratio_rad -= FALL_RAD;
   }
   last_motor_rad = before_rad;
+  followed_rad = on ? setpoint_rad : motor_over_ratio_rad;
   load_Nm = WEIGHT_NM * cosine(motor_over_ratio_rad + TRUE_ZERO_RAD);
   at.torque_Nm = load_Nm;
   twist_rad = lm_step_model(&joint_parameters, &gear, &at);
@@ -297,6 +303,14 @@ static int start(void) {
   lm_start_model(&gear, load_Nm);
   lm_settle_model(&joint_parameters, &gear);
   move();
+  if (KIND == 0) {
+    const float closing_s = d->closing_s;
+    d->closing_s = 0;
+    if (power_on() != LM_INCONSISTENT) {
+      return 24;
+    }
+    d->closing_s = closing_s;
+  }
   power_on();
   run = 1;
   if (moved(2) > STILL_RAD || on) {
@@ -341,11 +355,13 @@ static int travel(void) {
 }
 
 static int stop(void) {
-  target_rad = planned.position + 0.2f;
+  target_rad = planned.position + 3;
   (void)seconds(0.2f);
-  target_rad = planned.position + 0.1f; /* the planner stops */
-  if (KIND == 2 && seconds(1)) {        /* its quick stop is at once here */
-    return 7;
+  if (KIND == 2) { /* its quick stop is at once here */
+    target_rad = planned.position + 0.1f;
+    if (seconds(1)) {
+      return 7;
+    }
   }
   run = 0;
   if (seconds(2) || on || d->enable || a->state != LM_AXIS_OPEN) {
@@ -367,6 +383,24 @@ static int stop(void) {
   if (commission() != COMMISSIONING_ABORTED) {
     return 10; /* closed */
   }
+  /* An encoder without which the loop of the host cannot hold: for a moment, and for longer. */
+  lost = 1;
+  ticks(3);
+  lost = 0;
+  ticks(10);
+  if (a->state != LM_AXIS_CLOSED) {
+    return 25;
+  }
+  lost = 1;
+  ticks(10);
+  lost = 0;
+  if (d->enable == (KIND == 0) || d->release == (KIND == 0) || a->state == LM_AXIS_CLOSED) {
+    return 25;
+  }
+  run = KIND != 0;
+  (void)seconds(2);
+  run = 1;
+  (void)seconds(3);
   /* Safe torque off in motion: the brake stops it; it is not enabled by itself. */
   target_rad = planned.position + 0.2f;
   (void)seconds(0.3f);
@@ -398,13 +432,15 @@ static int commission_it(void) {
   return 0;
 }
 
-static int restart(void) {
+static int restart(int knows_zero) {
   int k;
+  run = 0;
+  homed = knows_zero;
   ticks(2);
-  for (k = 0; k < 4000 && !power_down(); ++k) {
+  for (k = 0; k < 8000 && !power_down(); ++k) {
     ticks(1);
   }
-  if (k == 4000 || a->state != LM_AXIS_OFF || stored.kept.history.format == 0) {
+  if (k == 8000 || a->state != LM_AXIS_OFF || stored.kept.history.format == 0) {
     return 11;
   }
   run = 1;
@@ -481,12 +517,11 @@ static int stop_itself(void) {
 static int wander(void) {
   float before_rad = setpoint_rad;
   float held_s = 0;
-  float torque_Nm = a->torque_Nm;
+  float fed_Nm = feed_Nm;
   int moved_before = 0;
   int was_on = on;
   int reported = on;
   int k;
-  stored.gravity_Nm = 0; /* not that of the axis */
   for (k = 0; k < 400000; ++k) {
     int moves;
     int left;
@@ -502,14 +537,11 @@ static int wander(void) {
     tick();
 #if KIND == 2
     setpoint_rad = (float)(out.target_position + out.position_offset) / RAD;
+    feed_Nm = (float)out.torque_offset / 1000 * 0.64f * RATIO;
 #endif
     if (left && a->state >= LM_AXIS_PAUSED) {
       return 18;
     }
-    if (size(a->torque_Nm - torque_Nm) > 4 * ACCELERATES_NM && a->state >= LM_AXIS_PAUSED) {
-      return 23; /* gravity alone steps by more */
-    }
-    torque_Nm = a->torque_Nm;
     moves = on && ordered && !tripped && braked_s < CLOSES_S;
     if (moves && moved_before &&
         size(setpoint_rad - before_rad) >
@@ -517,9 +549,13 @@ static int wander(void) {
                         0.4f * (float)test.on)) {
       return 15;
     }
+    if (moves && moved_before && size(feed_Nm - fed_Nm) > 3 * ACCELERATES_NM) {
+      return 23; /* gravity alone steps by more */
+    }
+    fed_Nm = feed_Nm;
     moved_before = moves;
     before_rad = setpoint_rad;
-    held_s = tripped ? 0 : held_s + PERIOD_S;
+    held_s = tripped || lost ? 0 : held_s + PERIOD_S;
     move();
     if (on && !was_on && size(setpoint_rad - motor_over_ratio_rad) > JUMP_RAD) {
       return 16;
@@ -537,7 +573,8 @@ int main(void) {
   failed = failed ? failed : travel();
   failed = failed ? failed : stop();
   failed = failed ? failed : commission_it();
-  failed = failed ? failed : restart();
+  failed = failed ? failed : restart(1);
+  failed = failed ? failed : restart(0); /* with the gravity of the power-down */
   failed = failed || KIND != 1 ? failed : stop_itself();
   return failed ? failed : wander();
 }
