@@ -154,13 +154,14 @@ static void measure(lm_axis *a, lm_axis_source source, float commanded_Nm, int t
   a->input_missing = a->input_missing || !there;
 }
 
-/* What becomes known of the load while the drive bears it, its integrator bears already. */
+/* What becomes known of the load while the drive bears it, its integrator bears already. A drive that
+ * has been disabled may still stop with it. */
 static void feed(lm_axis *a, float torque_Nm) {
   const float rate_Nm_s =
       a->unfeeds ? a->creep_Nm_s * LM_AXIS_CREEP_S / LM_AXIS_FEED_S : a->creep_Nm_s;
-  const float end_Nm = a->unfeeds ? 0 : torque_Nm;
+  const float end_Nm = a->unfeeds || a->unfed ? 0 : torque_Nm;
   a->fed_Nm += a->state == LM_AXIS_CLOSED ? torque_Nm - a->torque_Nm : 0;
-  a->fed_Nm = a->held ? creep(a, a->fed_Nm, end_Nm, rate_Nm_s) : end_Nm;
+  a->fed_Nm = creep(a, a->fed_Nm, end_Nm, rate_Nm_s);
 }
 
 static float use(lm_axis *a, float torque_Nm) {
@@ -392,7 +393,7 @@ float lm_axis_rate(const lm_axis *a, float planned_rad_s) {
 }
 
 float lm_axis_feed(const lm_axis *a) {
-  return a->unfed ? 0 : -a->fed_Nm;
+  return -a->fed_Nm;
 }
 
 int lm_axis_guide(lm_axis *a, float command_rad, const lm_correction *correction) {
@@ -413,6 +414,8 @@ lm_axis_wait lm_axis_close(lm_axis *a) {
   }
   if (a->waits == LM_AXIS_READY) {
     a->state = LM_AXIS_PAUSED;
+    a->unfed = a->unfed || a->guided;
+    a->fed_Nm = a->unfed ? 0 : a->torque_Nm;
   }
   return a->waits;
 }

@@ -106,9 +106,8 @@ typedef struct lm_axis {
   float creep_Nm_s;
   float gravity_Nm; /* last known one */
   float step_Nm;    /* of gravity, that no motion makes */
-  int held;     /* lm_drive: the drive bears the load, and nothing that is fed forward may step */
-  int unfeeds;  /* lm_drive: the feed-forward ends: another mode may ignore it */
-  float fed_Nm; /* torque_Nm, as far as it is fed forward */
+  int unfeeds;      /* lm_drive: the feed-forward ends: another mode may ignore it */
+  float fed_Nm;     /* torque_Nm, as far as it is fed forward */
   float believed_Nm;
   float bound_Nm;
   float share; /* of the filter in a tick */
@@ -167,8 +166,8 @@ float lm_axis_gravity(lm_axis *a, float gravity_Nm, int homed);
  * LM_AXIS_CLOSED, otherwise 0. A velocity that is not finite is replaced by that of the command. */
 float lm_axis_rate(const lm_axis *a, float planned_rad_s);
 
-/* Torque feed-forward, of the output: against the load. While the drive bears the load it changes
- * with the load alone: a torque that becomes known is already borne by the integrator. 0 if the
+/* Torque feed-forward, of the output: against the load. After lm_axis_close it changes with the load
+ * alone: a torque that becomes known is already borne by the integrator, and it creeps there. 0 if the
  * loop was closed for a test: its sign is not known. */
 float lm_axis_feed(const lm_axis *a);
 

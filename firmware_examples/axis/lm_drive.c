@@ -65,10 +65,9 @@ static void stop(lm_drive *d, lm_axis *a, int at_once, float period_s) {
 /* Another mode may ignore the torque that is fed forward, or the position loop of the drive. */
 static void leave(lm_drive *d, lm_axis *a) {
   const int rests = a->state != LM_AXIS_CLOSED || a->follow.rested_s >= LM_FOLLOW_REST_S;
-  a->held = d->enable || d->operated;
   a->unfeeds = rests && (d->leave || d->last.other_mode);
   d->may_leave = d->leave && a->unfeeds && a->state != LM_AXIS_CLOSED &&
-                 (!a->held || lm_follow_size(a->fed_Nm) <= 0);
+                 (!d->operated || lm_follow_size(a->fed_Nm) <= 0);
 }
 
 void lm_drive_step(lm_drive *d, lm_axis *a, const lm_drive_report *report, int run) {

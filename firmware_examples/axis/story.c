@@ -215,13 +215,11 @@ static int lose_measurement(joint *j, int by_current) {
   return j->drive.state != LM_AXIS_CLOSED || size(j->drive.torque_Nm - LOAD_NM) > 0.01f;
 }
 
-/* The torque becomes known while the drive bears the load: what is fed forward creeps to it, and a
- * drive that is disabled begins with it. */
+/* The torque becomes known while the drive bears the load: what is fed forward creeps to it. */
 static int feed_steps(joint *j, float torque_Nm) {
   const float before_Nm = lm_axis_feed(&j->drive);
   float fed_Nm = before_Nm;
   int k;
-  j->drive.held = 1;
   for (k = 0; k < FEED_TICKS; ++k) {
     (void)lm_axis_use_command(&j->drive, torque_Nm);
     if (size(lm_axis_feed(&j->drive) - fed_Nm) > 1.1f * CREEP_NM / CREEP_TICKS) {
@@ -229,10 +227,7 @@ static int feed_steps(joint *j, float torque_Nm) {
     }
     fed_Nm = lm_axis_feed(&j->drive);
   }
-  j->drive.held = 0;
-  (void)lm_axis_use_command(&j->drive, torque_Nm);
-  return size(fed_Nm - before_Nm) < 0.9f * CREEP_NM * FEED_TICKS / CREEP_TICKS ||
-         size(lm_axis_feed(&j->drive) + torque_Nm) > 0;
+  return size(fed_Nm - before_Nm) < 0.9f * CREEP_NM * FEED_TICKS / CREEP_TICKS;
 }
 
 /* Gravity that is not known yet, or no more, is the last one; known, it may step. */
@@ -438,17 +433,20 @@ static int change_payload(joint *j) {
   }
   lm_axis_payload(&j->drive); /* put down again, and measured by nothing */
   (void)lm_axis_use_command(&j->drive, LOAD_NM);
+  before_rad = lm_axis_feed(&j->drive);
   lm_axis_open(&j->drive);
   run(j, 1, lm_axis_use_command(&j->drive, LOAD_NM), 0);
-  if (size(j->drive.torque_Nm - LOAD_NM) > 1e-5f) {
-    return 1; /* the load that the motor has to bear when the brake opens */
+  if (size(j->drive.torque_Nm - LOAD_NM) > 1e-5f ||
+      size(lm_axis_feed(&j->drive) - before_rad) > CREEP_NM) {
+    return 1; /* the drive may still stop with it */
   }
   lm_axis_payload(&j->drive);
   if (size(lm_axis_use_command(&j->drive, LOAD_NM) - LOAD_NM) > 1e-5f ||
       size(j->drive.torque_Nm - LOAD_NM) > 1e-5f) {
     return 1;
   }
-  return close_loop(j) > STILL_RAD;
+  return close_loop(j) > STILL_RAD ||
+         size(lm_axis_feed(&j->drive) + LOAD_NM) > 1e-5f; /* what it bears when the brake opens */
 }
 
 /* Opened while the drive still follows, under a load that it yields to: it does not let it fall. A

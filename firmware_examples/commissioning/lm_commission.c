@@ -9,7 +9,7 @@ static float report(const lm_commission *c, const lm_axis *a, float motor_rad, f
                         : a->setpoint_rad;
 }
 
-commissioning_finding lm_commission_start(lm_commission *c, const lm_axis *a, const lm_drive *d,
+commissioning_finding lm_commission_start(lm_commission *c, lm_axis *a, const lm_drive *d,
                                           const commissioning_settings *settings) {
   commissioning_finding finding;
   if (a->state != LM_AXIS_OPEN || d->wait != LM_AXIS_WAITS_COMMAND) {
@@ -18,6 +18,9 @@ commissioning_finding lm_commission_start(lm_commission *c, const lm_axis *a, co
   memset(c, 0, sizeof *c);
   finding = commissioning_start(&c->run, settings);
   c->on = finding == COMMISSIONING_RUNNING;
+  if (c->on) {
+    (void)lm_axis_guide(a, LM_UNKNOWN, 0);
+  }
   return finding;
 }
 

@@ -17,7 +17,7 @@ typedef struct lm_commission {
  * LM_DRIVE_ENABLING_S the request has expired. Torque is not fed forward meanwhile. Returns the
  * finding for rejected settings or parameters, or COMMISSIONING_ABORTED in another state of the
  * axis: then nothing begins. */
-commissioning_finding lm_commission_start(lm_commission *c, const lm_axis *a, const lm_drive *d,
+commissioning_finding lm_commission_start(lm_commission *c, lm_axis *a, const lm_drive *d,
                                           const commissioning_settings *settings);
 
 /* In every tick, before lm_axis_tick, with the torque for it in at. motor_rad: not divided by the
