@@ -158,10 +158,13 @@ def objective_at(
     """Minus the restricted log likelihood of a model at its deviations, nats and a constant.
 
     With the misfit of the model: that of its linearisation is too low far from the deviations at
-    which it was linearised, and equal to it at their optimum.
+    which it was linearised, and equal to it at their optimum. In the units of the parameters: each
+    linearisation scales its columns, and one of a share near zero by almost nothing.
     """
     linear = float(linear_misfit(contest).sum())
-    return contest.null_objective - linear + misfit(base, residual, contest)
+    e = contest.evidence
+    units = float(np.log(e.scale[e.fixed]).sum())
+    return contest.null_objective + units - linear + misfit(base, residual, contest)
 
 
 def move(

@@ -96,20 +96,25 @@ def gather(
     offsets = np.concatenate(([0], np.cumsum(counts)))
     total = int(offsets[-1])
     rows = response.size
-    scale = np.concatenate([np.sqrt(np.einsum("ij,ij->j", part, part) / rows) for part in parts])
+    squares = np.concatenate([np.einsum("ij,ij->j", part, part) for part in parts])
+    # With the prior, so that a column of rounding, as of a share of almost zero, does not become
+    # one of unit size whose prior is larger than all other numbers.
+    squares[: counts[0]] += precision
+    scale = np.sqrt(squares / rows)
     scale[(scale == 0) | ~np.isfinite(scale)] = 1.0
     scale[-1] = 1.0
     runs = starts.size - 1
     gram = np.empty((runs, total, total))
+
+    per_unit = 1.0 / np.outer(scale, scale)
 
     def multiply(r: int) -> None:
         a, b = int(starts[r]), int(starts[r + 1])
         piece = np.empty((b - a, total), order="F")
         for part, at, count in zip(parts, offsets[:-1], counts, strict=True):
             piece[:, at : at + count] = part[a:b]
-        piece /= scale
         white = noise.whiten(piece, r)
-        gram[r] = white.T @ white
+        np.multiply(white.T @ white, per_unit, out=gram[r])
 
     in_parallel(multiply, range(runs))
     places = [np.arange(offsets[i], offsets[i + 1], dtype=np.intp) for i in range(len(parts))]

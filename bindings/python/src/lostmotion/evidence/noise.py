@@ -29,11 +29,6 @@ NOISE_LEAST_ARCSEC = 1e-6
 values as samples, and their inverse square would overflow.
 """
 
-VALUES_AT_ONCE = 2**16
-"""Values of a run that are whitened together: they fit into the processor's cache, and each step
-takes long enough for threads.
-"""
-
 
 @dataclass
 class Noise:
@@ -56,24 +51,20 @@ class Noise:
         return max(p.size for p in self.phi)
 
     def whiten(self, values: FloatArray, run: int) -> FloatArray:
-        """Innovations of one run's columns, in units of their standard deviation."""
+        """Innovations of one run's columns, in units of their standard deviation.
+
+        All columns, end to end, are correlated with the coefficients in one pass. What mixes the
+        end of a column with the start of the next is among the rows that whitening consumes.
+        """
         if values.ndim == 1:
             return self.whiten(values[:, None], run)[:, 0]
         n, count = values.shape
         lags = min(self.lags, n - 1)
-        out = np.empty((n - lags, count), order="F")
-        together = max(VALUES_AT_ONCE // n, 1)
-        room = np.empty((n - lags, min(together, count)), order="F")
-        for first in range(0, count, together):
-            given = values[:, first : first + together]
-            made = out[:, first : first + together]
-            part = room[:, : made.shape[1]]
-            made[...] = given[lags:]
-            for k, factor in enumerate(self.phi[run][:lags], start=1):
-                np.multiply(given[lags - k : n - k], factor, out=part)
-                made -= part
-            made /= self.sigma[run]
-        return out
+        kernel = np.append(-self.phi[run][:lags][::-1], 1.0) / self.sigma[run]
+        if not count:
+            return np.empty((n - lags, 0))
+        whole = np.correlate(values.T.reshape(-1), kernel, "full")[: n * count]
+        return whole.reshape(count, n).T[lags:]
 
     def whiten_runs(self, values: FloatArray, starts: IntArray) -> tuple[FloatArray, IntArray]:
         """Innovations of one column over all runs, and where each run begins among them.
