@@ -102,5 +102,5 @@ def form_beside_effects(
     """
     if len(fitted.chosen.tried) < 2:
         return None
-    beside = form_beside(fitted.plain, found, effects, ratio)
+    beside = form_beside(fitted.plain, found, effects, ratio, fitted.chosen.tried)
     return None if beside == fitted.chosen.form else in_form(fitted.plain, beside)

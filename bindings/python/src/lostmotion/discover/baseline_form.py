@@ -108,6 +108,7 @@ def choose_form(
     form: Friction | None = None,
     rows: npt.NDArray[np.bool_] | None = None,
     rival: Tried | None = None,
+    known: Mapping[Friction, Tried] | None = None,
 ) -> ChosenForm:
     """Choose the form of a fitted model's hysteresis.
 
@@ -127,14 +128,17 @@ def choose_form(
     rival : Tried, optional
         Several effects that explain the same without another form; they must not predict better. By
         default one hysteresis effect, which must predict worse.
+    known : mapping, optional
+        Forms that were tried for this model before.
     """
     given = friction_form(base)
+    known = known or {}
     if form is not None or len(PARTS[given]) > 1:
         wanted = form if form is not None and leads_to(given, form) else given
         return ChosenForm(
             fitted := in_form(base, wanted, rows), wanted, {wanted: tried(fitted, rows)}
         )
-    plain = tried(base, rows)
+    plain = known.get(given) or tried(base, rows)
     if np.count_nonzero(plain.by_run) < rules.RUNS_LEAST:
         return ChosenForm(base, given, {given: plain})
     found, fits = {given: plain}, {given: base}
@@ -143,8 +147,8 @@ def choose_form(
         within = [found[one] for one in contained(name) if one in found and one != given]
         if len(PARTS[name] - PARTS[given]) > 1 and not any(better(one, plain) for one in within):
             continue  # neither of the added parts helps
-        fits[name] = in_form(base, name, rows, fits)
-        found[name] = tried(fits[name], rows)
+        found[name] = known.get(name) or tried(in_form(base, name, rows, fits), rows)
+        fits[name] = found[name].base
     confirmed = [name for name in others if name in found and better(found[name], plain)]
     if not confirmed:
         return ChosenForm(base, given, found)
@@ -195,7 +199,11 @@ def hysteresis_effect(
 
 
 def form_beside(
-    base: BaselineModel, found: BaselineModel, effects: Mapping[str, Effect], ratio: float
+    base: BaselineModel,
+    found: BaselineModel,
+    effects: Mapping[str, Effect],
+    ratio: float,
+    known: Mapping[Friction, Tried],
 ) -> Friction:
     """Choose the form with the effects found in the model.
 
@@ -208,15 +216,19 @@ def form_beside(
         With operators of constant width in parallel, as fitted before any effect was found.
     found : BaselineModel
         With the effects.
+    known : mapping
+        Forms that were tried for the baseline model.
     """
     beside = base.copy()
     imitates = [may_imitate_form(found, term) for term in found.terms]
     beside.terms = [term.copy() for term, out in zip(found.terms, imitates, strict=True) if not out]
     beside.fit()
+    same = not beside.terms and not base.terms
+    same = same and np.array_equal(beside.vector()[0], base.vector()[0])
     imitators = [term.effect for term, out in zip(found.terms, imitates, strict=True) if out]
-    known = not imitators or (len(imitators) == 1 and imitators[0].is_hysteresis)
-    rival = None if known else tried(in_form_of(base, found))
-    return choose_form(beside, effects, ratio, rival=rival).form
+    alone = not imitators or (len(imitators) == 1 and imitators[0].is_hysteresis)
+    rival = None if alone else tried(in_form_of(base, found))
+    return choose_form(beside, effects, ratio, rival=rival, known=known if same else None).form
 
 
 def in_form_of(base: BaselineModel, found: BaselineModel) -> BaselineModel:

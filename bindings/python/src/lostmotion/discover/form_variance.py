@@ -18,7 +18,7 @@ from lostmotion.discover.shortlist import least_size
 from lostmotion.evidence.contest import FIRST_OMEGA, Result
 from lostmotion.evidence.gram import Evidence, gather
 from lostmotion.evidence.noise import Noise
-from lostmotion.evidence.scatter import RestrictedLikelihood, reduce
+from lostmotion.evidence.scatter import RestrictedLikelihood, reduced_total
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.form_error import FormError
 from lostmotion.threads import in_parallel
@@ -177,7 +177,7 @@ def form_directions(
 ) -> FloatArray:
     """Directions of the form error that the recordings support, strongest first."""
     index = evidence.index()
-    total = reduce(evidence, index, omega).matrix.sum(axis=0)
+    total = reduced_total(evidence, index, omega)
     first = index.size - 1 - scale.size
     others, own = slice(0, first), slice(first, -1)
     ridge = np.diag(evidence.ridge(index)[others])

@@ -106,15 +106,13 @@ def gather(
     runs = starts.size - 1
     gram = np.empty((runs, total, total))
 
-    per_unit = 1.0 / np.outer(scale, scale)
-
     def multiply(r: int) -> None:
         a, b = int(starts[r]), int(starts[r + 1])
         piece = np.empty((b - a, total), order="F")
         for part, at, count in zip(parts, offsets[:-1], counts, strict=True):
-            piece[:, at : at + count] = part[a:b]
+            np.divide(part[a:b], scale[at : at + count], out=piece[:, at : at + count])
         white = noise.whiten(piece, r)
-        np.multiply(white.T @ white, per_unit, out=gram[r])
+        np.matmul(white.T, white, out=gram[r])
 
     in_parallel(multiply, range(runs))
     places = [np.arange(offsets[i], offsets[i + 1], dtype=np.intp) for i in range(len(parts))]

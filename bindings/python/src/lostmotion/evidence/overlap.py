@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion.evidence.gram import Evidence
-from lostmotion.evidence.scatter import reduce
+from lostmotion.evidence.scatter import reduced_total
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -17,7 +17,7 @@ RANK = 1e-7
 def projected(evidence: Evidence, names: list[str], omega: FloatArray) -> FloatArray:
     """Gram matrix of blocks after projection on baseline model and scatter."""
     index = evidence.index(*names)
-    reduced = reduce(evidence, index, omega).matrix.sum(axis=0)
+    reduced = reduced_total(evidence, index, omega)
     n0 = evidence.fixed.size
     cross = reduced[n0:-1, :n0]
     h0 = reduced[:n0, :n0] + np.diag(evidence.ridge(index)[:n0])

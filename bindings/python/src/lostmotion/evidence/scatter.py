@@ -102,6 +102,15 @@ def reduce(evidence: Evidence, index: IntArray, omega: FloatArray) -> Reduced:
     return taken_out(evidence, index, omega, sbx, *without_scatter(sbb, omega, sbx))
 
 
+def reduced_total(evidence: Evidence, index: IntArray, omega: FloatArray) -> FloatArray:
+    """Sum over the runs of `reduce`, without the matrices of single runs."""
+    b = evidence.scatter
+    cross = evidence.gram[:, b[:, None], index]
+    solved, _ = without_scatter(evidence.gram[:, b[:, None], b], omega, cross)
+    taken = (cross * omega[:, None]).reshape(-1, index.size).T @ solved.reshape(-1, index.size)
+    return np.asarray(evidence.total[np.ix_(index, index)] - taken)
+
+
 def taken_out(
     evidence: Evidence,
     index: IntArray,

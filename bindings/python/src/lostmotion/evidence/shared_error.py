@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion.evidence.gram import Evidence
-from lostmotion.evidence.scatter import reduce
+from lostmotion.evidence.scatter import reduced_total
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
@@ -36,7 +36,7 @@ def without_shared(evidence: Evidence, shared: IntArray, omega: FloatArray) -> E
     """
     inner = np.concatenate((shared, evidence.scatter))
     others = np.setdiff1d(np.arange(evidence.scale.size), inner)
-    total = reduce(evidence, np.concatenate((shared, others)), omega).matrix.sum(axis=0)
+    total = reduced_total(evidence, np.concatenate((shared, others)), omega)
     own = slice(0, shared.size)
     prior = evidence.precision[np.searchsorted(evidence.fixed, shared)]
     predicted = np.linalg.solve(total[own, own] + np.diag(prior), total[own, shared.size :])

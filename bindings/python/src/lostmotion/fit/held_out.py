@@ -152,8 +152,12 @@ class LeftOut:
     def residuals(
         self, groups: Sequence[Sequence[int]], refits: bool = True
     ) -> list[list[FloatArray]]:
-        """`residual` of several groups, each left out alone."""
-        return in_parallel(lambda group: self.residual(group, refits), groups)
+        """`residual` of several groups, each left out alone, equal ones once."""
+        keys = [tuple(int(piece) for piece in group) for group in groups]
+        apart = list(dict.fromkeys(keys))
+        rests = in_parallel(lambda group: self.residual(list(group), refits), apart)
+        found = dict(zip(apart, rests, strict=True))
+        return [found[key] for key in keys]
 
     def pieces_of(self, group: Sequence[int]) -> list[slice]:
         """Pieces of a group."""
