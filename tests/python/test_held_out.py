@@ -14,7 +14,7 @@ from lostmotion.discover import library
 from lostmotion.effects.conditions import Conditions
 from lostmotion.fit import held_out
 from lostmotion.fit.baseline import BaselineModel
-from lostmotion.fit.held_out import held_out_residual
+from lostmotion.fit.held_out import LeftOut, held_out_residual
 from lostmotion.fit.terms import Additive, Term
 
 RUNS = 9
@@ -95,3 +95,18 @@ def test_a_run_with_an_event_that_no_other_has_is_predicted():
     base.additives.append(Additive("step", step, np.full(1, 39.0)))  # the fit has not converged
     found = by_run(held_out_residual(base, refits=False), base)
     assert found[3] < 1.5 * before[3] + 1.0
+
+
+def test_equal_groups_are_left_out_once(monkeypatch):
+    left, asked = LeftOut(worn()), []
+    alone = LeftOut.residual
+
+    def residual(self, group, refits):
+        asked.append(list(group))
+        return alone(self, group, refits)
+
+    monkeypatch.setattr(LeftOut, "residual", residual)
+    first, other, again = left.residuals([[0], np.array([1, 2]), [0]], refits=False)
+    assert sorted(asked) == [[0], [1, 2]]
+    assert again is first
+    assert len(other) == 2

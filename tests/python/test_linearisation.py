@@ -13,11 +13,11 @@ import pytest
 from lostmotion.candidates.candidate import Candidate
 from lostmotion.discover.choice import as_kept
 from lostmotion.discover.growing_model import Contender
-from lostmotion.discover.linearise import settle
+from lostmotion.discover.linearise import Misfit, objective_at, settle
 from lostmotion.discover.recorded_model import RecordedModel
 from lostmotion.drives import read_drive
 from lostmotion.effects.conditions import Conditions
-from lostmotion.evidence.contest import Result
+from lostmotion.evidence.contest import Contest, Result
 from lostmotion.evidence.noise import Noise
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.recordings import read_campaign
@@ -87,3 +87,21 @@ def test_a_model_keeps_less_than_its_linearisation_far_from_its_optimum(fitted, 
     at_far, at_near = (SimpleNamespace(now=settled) for settled in (far, near))
     assert RecordedModel.not_kept(at_far, other) == pytest.approx(lost)
     assert RecordedModel.not_kept(at_near, one) == 0.0
+
+
+def test_points_are_compared_in_one_unit_whatever_the_scale_of_their_columns(near):
+    base, e = near.base, near.contest.evidence
+    factor = np.ones(e.scale.size)
+    factor[e.fixed] = 2.0 ** (np.arange(e.fixed.size) % 7)
+    other = replace(
+        e,
+        gram=e.gram * np.outer(factor, factor),
+        scale=e.scale / factor,
+        precision=e.precision * factor[e.fixed] ** 2,
+    )
+    misfit, residual = Misfit(base, near.noise), base.residual()
+    one, two = (
+        objective_at(misfit, base, residual, contest)
+        for contest in (near.contest, Contest(other, near.contest.null_omega))
+    )
+    assert two == pytest.approx(one, abs=1e-3)
