@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from small_campaigns import RATED_NM, RATIO, campaign, torque_of
 
-from lostmotion import rules
 from lostmotion.candidates.between_runs import levels, partings, run_drifts, scan
 from lostmotion.candidates.candidate import Candidate
 from lostmotion.candidates.named import named_candidates
@@ -62,11 +61,10 @@ def best_step(contest: Contest):
     return best, contest.test(f"step {best}"), len(masks)
 
 
-def test_partings_leave_runs_on_either_side():
+def test_partings_are_between_different_values():
     found = partings(np.array([0.0, 0.0, 5.0, 5.0, 5.0, 9.0]))
-    assert [np.count_nonzero(beyond) for _, beyond in found] == [4]
-    assert all(rules.SIDE_LEAST <= np.count_nonzero(b) <= 6 - rules.SIDE_LEAST for _, b in found)
-    assert found[0][0] == 2.5
+    assert [np.count_nonzero(beyond) for _, beyond in found] == [4, 1]
+    assert [threshold for threshold, _ in found] == [2.5, 7.0]
 
 
 def test_rates_that_differ_by_noise_alone_are_one():
@@ -99,7 +97,7 @@ def test_the_level_is_shared_evenly_among_answers_and_within_each():
     )
     nothing: Any = None
     candidates = {c.name: c for c in made}
-    current = RecordedRound(Contest(evidence), candidates, {}, 0.0, nothing)
+    current = RecordedRound(Contest(evidence), candidates, {}, nothing)
     paid = {c.name: corrected_for(current, c) for c in made}
     answers = 2 + 3  # two effects and three unnamed kinds
     assert (paid["plain"], paid["grid"]) == (answers * 1, answers * 5)

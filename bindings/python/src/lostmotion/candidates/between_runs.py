@@ -52,9 +52,7 @@ def partings(values: FloatArray) -> list[tuple[float, Mask]]:
     found = np.unique(values)
     out = []
     for below, above in pairwise(found.tolist()):
-        beyond = values >= above
-        if rules.SIDE_LEAST <= np.count_nonzero(beyond) <= values.size - rules.SIDE_LEAST:
-            out.append((float(0.5 * (below + above)), beyond))
+        out.append((float(0.5 * (below + above)), values >= above))
     return out
 
 

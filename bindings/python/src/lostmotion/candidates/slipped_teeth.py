@@ -12,7 +12,6 @@ from collections.abc import Mapping
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion import rules
 from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.effect import Effect
 from lostmotion.fit.baseline import BaselineModel
@@ -34,12 +33,11 @@ def jumps(base: BaselineModel, tooth_arcsec: float) -> list[tuple[int, int]]:
     found = []
     for at in base.conditions.slices():
         x = base.measured[at] / tooth_arcsec
-        for k in np.flatnonzero(np.abs(np.diff(x)) > 1.0 - rules.WHOLE_TOOTH) + 1:
+        teeth = np.round(np.diff(x)).astype(int)
+        for k in np.flatnonzero(teeth) + 1:
             before, behind = x[max(k - BESIDE, 0) : k], x[k : k + BESIDE]
-            teeth = round(float(x[k] - x[k - 1]))
-            change = float(np.median(behind) - np.median(before))
-            if max(abs(change - teeth), abs(float(x[k] - x[k - 1]) - teeth)) <= rules.WHOLE_TOOTH:
-                found.append((int(at.start + k), teeth))
+            if round(float(np.median(behind) - np.median(before))) == teeth[k - 1]:
+                found.append((int(at.start + k), int(teeth[k - 1])))
     return found
 
 
@@ -81,5 +79,5 @@ def slips_of(conditions: Conditions, effect: Effect, values: FloatArray) -> dict
     step = np.diff(angle, prepend=0.0)
     step[conditions.starts[:-1]] = 0.0
     size = float(values[effect.indices("given")[0]])
-    rows = np.flatnonzero(np.abs(step) > rules.WHOLE_TOOTH * size)
-    return {int(row): float(np.round(step[row] / size)) * size for row in rows}
+    teeth = np.round(step / size)
+    return {int(row): float(teeth[row]) * size for row in np.flatnonzero(teeth)}

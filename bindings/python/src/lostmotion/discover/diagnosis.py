@@ -33,6 +33,7 @@ from lostmotion.discover.events import (
 )
 from lostmotion.discover.few_readings import few_readings_diagnosis
 from lostmotion.discover.form_variance import form_error_told
+from lostmotion.discover.gates import level_of_answer
 from lostmotion.discover.ladder import make_rungs
 from lostmotion.discover.linearise import noise_rms
 from lostmotion.discover.noise_floor import noise_floor, scatter_of
@@ -355,7 +356,7 @@ def add_unnamed(found: Conclusion, selection: Selection, within: float) -> None:
     """
     final, base = selection.settled[-1], selection.settled[-1].base
     if found.verdict == "complete" and not any(t.effect.needs & RUN_NEEDS for t in base.terms):
-        outliers = find_outlier_runs(final.contest)
+        outliers = find_outlier_runs(final.contest, level_of_answer(selection.steps[-1].round))
         if outliers is not None:
             least, labels = least_size(within, selection.given_arcsec), base.conditions.labels
             found.add_outlier_runs(outliers, size_of_outlier_runs(base, outliers), least, labels)

@@ -100,7 +100,7 @@ def scan_run(
         beside = np.hstack([white, noise.whiten(pulses, run)])
         z, sizes, rest = scores(beside, y, noise, run)
         k = int(np.argmax(np.abs(z)))
-        if abs(z[k]) < rules.EVENT_SCORE_LEAST or seen(
+        if abs(z[k]) < rules.SUDDEN_LEAST or seen(
             response[at], k + noise.lags, float(sizes[k]), noise.spread(run)
         ):
             break
@@ -118,11 +118,11 @@ def seen(residual: FloatArray, row: int, size: float, spread: float) -> bool:
 
     Over as many samples as give the mean of such a step the least score.
     """
-    needed = (rules.EVENT_SCORE_LEAST * spread / size) ** 2
+    needed = (rules.SUDDEN_LEAST * spread / size) ** 2
     reach = int(np.clip(needed, 2 * EDGE, residual.size))
     before, behind = residual[max(row - reach, 0) : row], residual[row : row + reach]
     change = float(np.median(behind) - np.median(before))
-    return bool(change * np.sign(size) >= rules.EVENT_SEEN_SHARE * abs(size))
+    return abs(change - size) < abs(change)  # nearer to this step than to none
 
 
 def scores(
@@ -179,7 +179,7 @@ def find_events(base: BaselineModel, noise: Noise, within_arcsec: float) -> list
     found = [
         event
         for event in best
-        if event.score >= rules.EVENT_SCORE_LEAST
+        if event.score >= rules.SUDDEN_LEAST
         and abs(event.size_arcsec) >= rules.SIZE_LEAST * within_arcsec
     ]
     found = sorted(found, key=lambda e: -e.score)[:EVENTS_MAX]
@@ -212,15 +212,15 @@ def lost_counts(base: BaselineModel, ratio: float) -> list[Event]:
             continue
         turned, moved = sudden(angle[at] / (ratio * ARCSEC)), sudden(base.measured[at])
         noise = spread_of(moved)
-        least = rules.EVENT_SCORE_LEAST * (spread_of(turned) + noise)
+        least = rules.SUDDEN_LEAST * (spread_of(turned) + noise)
         for k in np.flatnonzero(np.abs(turned) > least):
             size = -float(turned[k])
             # The adjacent steps do not reverse it, whereas an outlier leaves and returns.
             stays = all(
-                abs(float(turned[near].sum()) + size) <= rules.EVENT_SEEN_SHARE * abs(size)
+                round(-float(turned[near].sum()) / size) == 1
                 for near in (slice(k, k + EDGE), slice(max(k + 1 - EDGE, 0), k + 1))
             )
-            if stays and abs(float(moved[k]) - size) <= rules.EVENT_SEEN_SHARE * abs(size):
+            if stays and round(float(moved[k]) / size) == 1:
                 row = int(at.start + k + 1)
                 score = abs(size) / max(noise, 1e-300)
                 found.append(Event(run, row, float(c.time_s[row]), size, score))

@@ -95,6 +95,11 @@ def count_answers(contest_round: ContestRound) -> int:
     return names + len(KINDS) - 1
 
 
+def level_of_answer(contest_round: ContestRound) -> float:
+    """Probability with which each answer of a round may be given if nothing is missing."""
+    return rules.P_LIMIT / count_answers(contest_round)
+
+
 def corrected_for(contest_round: ContestRound, candidate: Candidate) -> int:
     """Number of tests for which a candidate is corrected.
 
@@ -112,16 +117,6 @@ def corrected_for(contest_round: ContestRound, candidate: Candidate) -> int:
 def family_p(contest_round: ContestRound, candidate: Candidate, result: Result) -> float:
     """Bound of the probability of any answer with such a p if nothing is missing."""
     return min(1.0, result.p * corrected_for(contest_round, candidate))
-
-
-def large_enough(contest_round: ContestRound, result: Result, size: float, least: float) -> bool:
-    """Whether a size counts.
-
-    A candidate that depends only on the load must exceed the form error of the baseline model.
-    """
-    if contest_round.candidates[result.name].hangs_on_load_alone:
-        least = max(least, contest_round.form_arcsec)
-    return size >= least
 
 
 def is_of_form(share_beyond: float, named: bool = True) -> bool:

@@ -16,7 +16,7 @@ from lostmotion.discover.contest_round import ContestRound
 from lostmotion.discover.detectable import detectable
 from lostmotion.discover.events import dependence
 from lostmotion.discover.evidence_model import EvidenceModel
-from lostmotion.discover.gates import family_p
+from lostmotion.discover.gates import family_p, level_of_answer
 from lostmotion.discover.growing_model import Contender
 from lostmotion.discover.noise_floor import floor_of, scatter_of
 from lostmotion.discover.outlier_runs import RUN_NEEDS, OutlierRuns, find_outlier_runs
@@ -55,7 +55,7 @@ def judge_body(body: Body, effects: Mapping[str, Effect]) -> dict[str, Any]:
     if found.verdict == "complete" and not any(
         effects[name].needs & RUN_NEEDS for name in (*given, *names) if name in effects
     ):
-        outliers = find_outlier_runs(final)
+        outliers = find_outlier_runs(final, level_of_answer(steps[-1].round))
         if outliers is not None:
             least = least_size(within, max(model.given.values(), default=0.0))
             found.add_outlier_runs(

@@ -25,6 +25,9 @@ FloatArray = npt.NDArray[np.float64]
 RUN_NEEDS = {"temperature_C", "cycles"}
 """Conditions in which runs differ from each other, as far as they are recorded."""
 
+TOLD_LEAST = 1e-6
+"""Share of the variance of a deviation below which only rounding determines it."""
+
 
 @dataclass
 class OutlierRuns:
@@ -63,18 +66,25 @@ class OutlierRuns:
         }
 
 
-def find_outlier_runs(contest: Contest) -> OutlierRuns | None:
-    """Find the strongest outlier runs, if there are any."""
+def find_outlier_runs(contest: Contest, level: float) -> OutlierRuns | None:
+    """Find the strongest outlier runs, if there are any.
+
+    Parameters
+    ----------
+    contest : Contest
+    level : float
+        Probability that runs with only scatter are reported.
+    """
     e = contest.evidence
     index, omega = e.index(), contest.null_omega
     own = deviations(e, index, omega, contest.null_step())
     share = share_told(contest)
     best: OutlierRuns | None = None
     for place, part in enumerate(DEVIATIONS):
-        there = np.flatnonzero(share[:, place] >= rules.OUTLIER_RUNS_TOLD_LEAST)
+        there = np.flatnonzero(share[:, place] > TOLD_LEAST)
         # Predictions from little data shrink towards zero: their spread is below the true one.
         spread = np.sqrt(omega[place] * share[there, place])
-        outliers, p = apart(own[there, place] / spread, rules.OUTLIER_RUNS_LEVEL / len(DEVIATIONS))
+        outliers, p = apart(own[there, place] / spread, level / len(DEVIATIONS))
         p = min(1.0, p * len(DEVIATIONS))
         if outliers and (best is None or p < best.p):
             runs = np.sort(there[outliers])
@@ -101,8 +111,6 @@ def apart(values: FloatArray, level: float) -> tuple[list[int], float]:
     level : float
         Probability of a false outlier.
     """
-    if values.size < rules.OUTLIER_RUNS_TESTED_LEAST:
-        return [], 1.0
     left = np.arange(values.size)
     taken: list[int] = []
     many, least = 0, 1.0

@@ -302,7 +302,7 @@ class RecordedModel(GrowingModel):
             if accepted(result, corrected_for(current, self.formless.candidates[result.name]))
         ]
         # All of them imitate each other: a tangent does not tell which one leaves no form error.
-        strong = found[: rules.REFITS_NAMED]
+        strong = found[: rules.REFITS_MOST]
         return leads + [Lead(self.formless, result, None) for result in strong]
 
     def unjudged(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from lostmotion import rules
 from lostmotion.discover.contest_round import ContestRound
-from lostmotion.discover.gates import accepted, corrected_for, large_enough
+from lostmotion.discover.gates import accepted, corrected_for
 from lostmotion.discover.growing_model import Lead
 from lostmotion.evidence.contest import Result
 
@@ -35,7 +35,7 @@ def find_leads(contest_round: ContestRound, results: list[Result], least: float)
         candidate = contest_round.candidates[result.name]
         if accepted(result, corrected_for(contest_round, candidate)):
             size = contest_round.size_of(result)
-            if large_enough(contest_round, result, size, least):
+            if size >= least:
                 passed.append(Lead(contest_round, result, size))
     return passed
 
@@ -45,8 +45,8 @@ def strongest(leads: list[Lead]) -> list[Lead]:
     if not leads:
         return []
     near = [lead for lead in leads if lead.result.gain >= rules.RIVAL_SHARE * leads[0].result.gain]
-    effects = [lead for lead in near if lead.candidate.named][: rules.REFITS_NAMED]
-    shapes = [lead for lead in near if not lead.candidate.named][: rules.REFITS_SHAPES]
+    effects = [lead for lead in near if lead.candidate.named][: rules.REFITS_MOST]
+    shapes = [lead for lead in near if not lead.candidate.named][: rules.REFITS_MOST]
     if near[0].candidate.named:
         shapes = shapes[:1]
     return [*effects, *shapes]

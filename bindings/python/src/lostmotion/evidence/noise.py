@@ -18,9 +18,6 @@ IntArray = npt.NDArray[np.intp]
 ORDER_MAX = 8
 """Highest order that is tried."""
 
-RATE_TOLERANCE = 1.25
-"""Runs whose usual time steps agree within this factor share their noise model."""
-
 GROUP_ROWS_LEAST = 2000
 """Least number of rows for a noise model; otherwise the pooled one is used."""
 
@@ -122,7 +119,7 @@ def rate_groups(time_s: FloatArray, starts: IntArray) -> IntArray:
         step = np.diff(time_s[a:b])
         # A clock with coarse ticks repeats stamps, so the mean step is used.
         steps.append(max(float(np.mean(step)), 1e-9) if step.size else 1.0)
-    return group_within(np.array(steps), RATE_TOLERANCE)
+    return group_within(np.array(steps), rules.SAME_RATE)
 
 
 def group_within(values: FloatArray, factor: float) -> IntArray:
@@ -168,11 +165,6 @@ def autoregression(covariance: FloatArray, rows: int) -> tuple[FloatArray, float
             best = (score, phi, variance)
     assert best is not None
     _, phi, variance = best
-    if phi.sum() > rules.PERSISTENCE_MAX:
-        phi = phi * (rules.PERSISTENCE_MAX / phi.sum())
-        reach = np.concatenate(([1.0], -phi))
-        lags = np.abs(np.subtract.outer(np.arange(reach.size), np.arange(reach.size)))
-        variance = float(reach @ covariance[lags] @ reach)
     return phi, variance
 
 

@@ -59,4 +59,4 @@ def flip_limit(signs: FloatArray, ideal: FloatArray, weight: FloatArray, wald: f
     reach = ((sums @ weight) * sums).sum(axis=1)
     least = max(1.0 - 1.0 / np.sqrt(max(wald, 1.0)), 0.0) ** 2
     best = float(np.mean(reach >= reach[0] * least * (1 - 1e-9)))
-    return float(np.clip(rules.FLIP_ROOM * best, rules.FLIP_LEVEL, 1.0))
+    return max(best, rules.FLIP_LEVEL)
