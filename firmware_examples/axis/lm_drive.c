@@ -63,8 +63,7 @@ static void stop(lm_drive *d, lm_axis *a, int at_once, float period_s) {
 }
 
 /* Another mode may ignore the torque that is fed forward, or the position loop of the drive. */
-static void leave(lm_drive *d, lm_axis *a) {
-  const int rests = a->state != LM_AXIS_CLOSED || a->follow.rested_s >= LM_FOLLOW_REST_S;
+static void leave(lm_drive *d, lm_axis *a, int rests) {
   a->unfeeds = rests && (d->leave || d->last.other_mode);
   d->may_leave = d->leave && a->unfeeds && a->state != LM_AXIS_CLOSED &&
                  (!d->operated || lm_follow_size(a->fed_Nm) <= 0);
@@ -74,19 +73,18 @@ void lm_drive_step(lm_drive *d, lm_axis *a, const lm_drive_report *report, int r
   const float period_s = a->follow.period_s;
   const int tripped = take_report(d, a, report);
   const int runs = judge_command(d, a, tripped, run);
-  const int stops = a->state == LM_AXIS_CLOSED && !d->own_stop && !d->last.fault &&
-                    a->follow.rested_s < LM_FOLLOW_REST_S;
+  const int rests = a->state != LM_AXIS_CLOSED || a->follow.rested_s >= LM_FOLLOW_REST_S;
   d->wait = LM_AXIS_WAITS_COMMAND;
   if (runs) {
     d->wait = start(d, a);
     d->release = d->enable && d->operated;
-  } else if (!stops) {
+  } else if (rests || d->own_stop || d->last.fault) {
     stop(d, a, tripped, period_s);
   }
   d->released_s = d->release ? d->released_s + period_s : 0;
-  leave(d, a);
-  d->follows = !a->unfeeds && d->release && !d->standstill && a->state >= LM_AXIS_PAUSED &&
-               d->released_s >= d->opening_s;
+  leave(d, a, rests);
+  d->follows = !a->unfeeds && d->release && !(d->standstill && rests) &&
+               a->state >= LM_AXIS_PAUSED && d->released_s >= d->opening_s;
 }
 
 static int is_off(const lm_drive *d) {

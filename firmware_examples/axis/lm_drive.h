@@ -33,8 +33,8 @@ typedef struct lm_drive {
   int own_stop;
   float opening_s;   /* of the brake, from the command, or from the report that it is enabled */
   float closing_s;   /* of the brake, until it bears the load; own_brake: not used */
-  int standstill;    /* monitored, with the brake open: the setpoint stays; set it at rest */
-  int leave;         /* another mode is wanted: the axis pauses at rest, the feed-forward ends */
+  int standstill;    /* monitored, with the brake open: once the planner rests the setpoint stays */
+  int leave;         /* another mode is wanted: once the planner rests the feed-forward ends */
   int may_leave;     /* it may be requested */
   int enable;        /* to the drive: position loop at the setpoint */
   int release;       /* to the brake; own_brake: the drive has been told so by `enable` */

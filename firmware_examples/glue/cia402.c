@@ -160,13 +160,12 @@ static uint16_t controlword(const cia402_axis *c) {
   }
 }
 
-static lm_drive_report read_status(cia402_axis *c, const cia402_input *in) {
+static lm_drive_report read_status(const cia402_axis *c, const cia402_input *in) {
   const uint16_t state = in->statusword & CIA402_STATE_MASK;
   lm_drive_report report = {0, 0, 0, 0, 0};
   report.lost = !in->valid;
   report.enabled = state == CIA402_OPERATION_ENABLED;
-  c->followed = report.enabled && (c->followed || (in->statusword & CIA402_FOLLOWS));
-  report.other_mode = in->mode != CIA402_CSP || (!c->values.ignores_bit12 && c->followed &&
+  report.other_mode = in->mode != CIA402_CSP || (report.enabled && !c->values.ignores_bit12 &&
                                                  !(in->statusword & CIA402_FOLLOWS));
   report.fault = (in->statusword & CIA402_FAULT_MASK) != 0;
   report.preparing = state != CIA402_SWITCHED_ON;

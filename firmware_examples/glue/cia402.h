@@ -92,9 +92,8 @@ typedef struct cia402_axis {
   lm_axis axis; /* for the functions of lm_axis.h */
   lm_drive drive;
   cia402_drive values;
-  int8_t mode; /* 0x6060 that the host wants instead of CSP; 0: CSP. Change it at rest */
+  int8_t mode;              /* 0x6060 that the host wants instead of CSP; 0: CSP */
   float increments_per_rad; /* of the output, signed */
-  int32_t followed;         /* bit 12 was set since it is enabled */
   int32_t mode_seen;        /* last 0x6061 */
   int32_t demand_inc;       /* of the motor: target and offset */
   int32_t motor_inc;        /* last position */

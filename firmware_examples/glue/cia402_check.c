@@ -22,6 +22,7 @@ typedef struct csp_drive {
   int32_t mode;      /* 0x6061 */
   int32_t motor;     /* increments */
   int32_t apart_inc; /* in another mode */
+  int halts;         /* it does not follow, and reports so in bit 12 */
   int subtracts;     /* reports_offset 0: the offset of CSP, which other modes do not have */
   int stays_there;   /* 0x605A = 5: after the stop the drive holds its position */
 } csp_drive;
@@ -50,8 +51,9 @@ static void run_drive(csp_drive *drive, const cia402_output *out) {
       break;
   }
   if (drive->status == CIA402_OPERATION_ENABLED) {
-    drive->motor = drive->mode == CIA402_CSP ? out->target_position + out->position_offset
-                                             : drive->motor + drive->apart_inc;
+    drive->motor = drive->halts                ? drive->motor
+                   : drive->mode == CIA402_CSP ? out->target_position + out->position_offset
+                                               : drive->motor + drive->apart_inc;
   }
 }
 
@@ -81,7 +83,7 @@ static float reference(cia402_axis *cia, const cia402_input *in, float angle_rad
 
 static cia402_input read_drive(const cell *c) {
   cia402_input in;
-  in.statusword = (uint16_t)(c->drive.status | CIA402_FOLLOWS);
+  in.statusword = (uint16_t)(c->drive.status | (c->drive.halts ? 0 : CIA402_FOLLOWS));
   in.position_actual =
       c->drive.motor -
       (c->drive.subtracts && c->drive.mode == CIA402_CSP ? c->cia.sent.position_offset : 0);
@@ -399,18 +401,30 @@ static int check_bit12(cell *c, float *wish_rad) {
   int16_t fed = 0;
   int k;
   at.torque_Nm = LOAD_NM;
+  cycles(c, STAND_CYCLES, LOAD_NM, wish_rad, 0, 0);
+  c->drive.halts = 1;
+  cycles(c, 3 * STAND_CYCLES, LOAD_NM, wish_rad, 0, 1);
+  if (c->drive.status != CIA402_OPERATION_ENABLED || is_closed(c)) {
+    return 50; /* the planner would go where the drive does not */
+  }
+  c->drive.halts = 0;
+  cycles(c, 2 * STAND_CYCLES, LOAD_NM, wish_rad, 0, 1);
   *wish_rad = c->cia.axis.command_rad;
   cycles(c, STAND_CYCLES, LOAD_NM, wish_rad, 0, 1);
+  if (!is_closed(c)) {
+    return 50;
+  }
   cycles(c, 100, LOAD_NM, wish_rad, rate_rad, 1);
   c->largest_rad = 0;
+  c->drive.halts = 1;
   for (k = 0; k < 200; ++k) {
-    cia402_input in = read_drive(c);
-    in.statusword &= (uint16_t)~CIA402_FOLLOWS;
+    const cia402_input in = read_drive(c);
     *wish_rad += rate_rad;
     at.torque_Nm = lm_axis_use_command(&c->cia.axis, LOAD_NM);
     (void)cia402_cycle(&c->cia, &in, &at, *wish_rad, 1);
     fed = k == 10 ? c->cia.sent.torque_offset : fed;
   }
+  c->drive.halts = 0;
   cycles(c, 20, LOAD_NM, wish_rad, rate_rad, 1);
   if (c->largest_rad > 1.1f * rate_rad || is_closed(c) || c->cia.sent.torque_offset == fed) {
     return 46;
@@ -586,16 +600,17 @@ static int check_output_loop(cell *c, lm_conditions *at) {
   }
   for (k = 0; k < 200; ++k) {
     out = cia402_cycle(&c->cia, &in, at, c->cia.axis.command_rad, 1);
-    in.statusword = out.controlword == CIA402_SHUTDOWN    ? CIA402_READY
-                    : out.controlword == CIA402_SWITCH_ON ? CIA402_SWITCHED_ON
-                                                          : CIA402_OPERATION_ENABLED;
+    in.statusword = out.controlword == CIA402_SHUTDOWN ? CIA402_READY
+                    : out.controlword == CIA402_SWITCH_ON
+                        ? CIA402_SWITCHED_ON
+                        : CIA402_OPERATION_ENABLED | CIA402_FOLLOWS;
     at->torque_Nm = k < 100 ? LOAD_NM : -LOAD_NM;
     rate = out.velocity_offset < rate ? out.velocity_offset : rate;
     if (out.position_offset != 0 || out.target_position != 123456) {
       return 11;
     }
   }
-  if (in.statusword != CIA402_OPERATION_ENABLED || rate >= 0) {
+  if (!(in.statusword & CIA402_FOLLOWS) || rate >= 0) {
     return 12;
   }
   /* A mode moves the correction, but not the joint: no rate. */

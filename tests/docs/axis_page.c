@@ -218,7 +218,7 @@ static void report(void) {
   setpoint_rad = (float)(out.target_position + out.position_offset) / RAD;
   feed_Nm = (float)out.torque_offset / 1000 * 0.64f * RATIO;
   status = tripped && !quits                    ? CIA402_FAULT
-           : on                                 ? CIA402_OPERATION_ENABLED
+           : on                                 ? CIA402_OPERATION_ENABLED | CIA402_FOLLOWS
            : out.controlword == CIA402_SHUTDOWN ? CIA402_READY
            : out.controlword >= CIA402_SWITCH_ON && out.controlword < 16
                ? CIA402_SWITCHED_ON
@@ -374,9 +374,11 @@ static int stop(void) {
   if (moved(3) > STILL_RAD || a->state != LM_AXIS_CLOSED) {
     return 8;
   }
+  target_rad = planned.position + 0.1f; /* first it goes there */
+  ticks(100);
   d->standstill = 1;
   ticks(1);
-  if (a->state != LM_AXIS_PAUSED) {
+  if (a->state != LM_AXIS_CLOSED || seconds(1) || a->state != LM_AXIS_PAUSED) {
     return 19;
   }
   d->standstill = 0;
