@@ -155,13 +155,13 @@ static void measure(lm_axis *a, lm_axis_source source, float commanded_Nm, int t
 }
 
 /* What becomes known of the load while the drive bears it, its integrator bears already. A drive that
- * has been disabled may still stop with it. */
+ * has been disabled may still stop with it. On a lost bus it gets nothing. */
 static void feed(lm_axis *a, float torque_Nm) {
   const float rate_Nm_s =
       a->unfeeds ? a->creep_Nm_s * LM_AXIS_CREEP_S / LM_AXIS_FEED_S : a->creep_Nm_s;
   const float end_Nm = a->unfeeds || a->unfed ? 0 : torque_Nm;
   a->fed_Nm += a->state == LM_AXIS_CLOSED ? torque_Nm - a->torque_Nm : 0;
-  a->fed_Nm = creep(a, a->fed_Nm, end_Nm, rate_Nm_s);
+  a->fed_Nm = creep(a, a->fed_Nm, end_Nm, a->lost_ticks ? 0 : rate_Nm_s);
 }
 
 static float use(lm_axis *a, float torque_Nm) {

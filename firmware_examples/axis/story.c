@@ -220,9 +220,11 @@ static int feed_steps(joint *j, float torque_Nm) {
   const float before_Nm = lm_axis_feed(&j->drive);
   float fed_Nm = before_Nm;
   int k;
-  for (k = 0; k < FEED_TICKS; ++k) {
+  for (k = 0; k <= FEED_TICKS; ++k) {
+    j->drive.lost_ticks = k == 0; /* lost bus: later it would be a step */
     (void)lm_axis_use_command(&j->drive, torque_Nm);
-    if (size(lm_axis_feed(&j->drive) - fed_Nm) > 1.1f * CREEP_NM / CREEP_TICKS) {
+    if ((k == 0 && size(lm_axis_feed(&j->drive) - before_Nm) > 0) ||
+        size(lm_axis_feed(&j->drive) - fed_Nm) > 1.1f * CREEP_NM / CREEP_TICKS) {
       return 1;
     }
     fed_Nm = lm_axis_feed(&j->drive);
