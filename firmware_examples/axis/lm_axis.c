@@ -518,7 +518,7 @@ void lm_axis_turn(lm_axis *a, float by_rad) {
     a->setpoint_rad += by_rad;
     a->stood_at_rad += by_rad;
     a->command_rad += by_rad;
-    a->follow.wish_rad += by_rad;
+    a->follow.rest_rad += by_rad;
   }
 }
 

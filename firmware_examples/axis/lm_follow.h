@@ -16,8 +16,10 @@
  * difference ends within the standstill of the correction, without a step. */
 #define LM_FOLLOW_NEAR_RAD 1e-4f
 
-/* The planner is at rest if its wish has not changed for this time: longer than its period. */
+/* The planner is at rest if its wish has not changed for this time, longer than its period, by more
+ * than the last digits of a float at 5 turns. */
 #define LM_FOLLOW_REST_S 0.02f
+#define LM_FOLLOW_REST_RAD 4e-6f
 
 /* A joint of 10 kg that loses 500 W warms so fast. */
 #define LM_FOLLOW_WARMING_K_S 0.1f
@@ -26,7 +28,7 @@ typedef struct lm_follow {
   float period_s;
   float stand_s;    /* standstill of the correction */
   float step_rad_s; /* LM_FOLLOW_STEP_RAD_S, or another value after power-up */
-  float wish_rad;   /* last one */
+  float rest_rad;   /* wish since which the planner is at rest */
   float moved_rad;  /* change of the command in this tick */
   float begin_rad;  /* by which the command differed from the planner when it began */
   float late_rad;   /* shift of the zero that the planner has not made yet */
@@ -58,7 +60,7 @@ static inline float lm_follow_end_slowly(const lm_follow *f, float difference_ra
 static inline int lm_follow_waits(lm_follow *f, float command_rad, float wish_rad) {
   const float beside_rad = command_rad - wish_rad;
   f->rested_s = lm_follow_size(beside_rad) < LM_FOLLOW_NEAR_RAD ? f->rested_s + f->period_s : 0;
-  f->wish_rad = wish_rad;
+  f->rest_rad = wish_rad;
   f->begin_rad = beside_rad;
   f->late_rad = 0;
   f->moved_rad = 0;
@@ -78,7 +80,11 @@ static inline int lm_follow_wish(lm_follow *f, float *command_rad, float wish_ra
   const float begun_rad = wish_rad + f->begin_rad;
   const float off_rad = begun_rad - before_rad - f->moved_rad;
   const float shifted_rad = off_rad + f->late_rad;
-  f->rested_s = lm_follow_size(wish_rad - f->wish_rad) <= 0 ? f->rested_s + f->period_s : 0;
+  f->rested_s += f->period_s;
+  if (!(lm_follow_size(wish_rad - f->rest_rad) < LM_FOLLOW_REST_RAD)) {
+    f->rest_rad = wish_rad;
+    f->rested_s = 0;
+  }
   f->wishless_ticks = lm_follow_is_known(wish_rad) ? 0 : f->wishless_ticks + 1;
   if (f->wishless_ticks > 0 && f->wishless_ticks <= LM_FOLLOW_LOST_TICKS) {
     *command_rad += f->moved_rad;
@@ -92,7 +98,6 @@ static inline int lm_follow_wish(lm_follow *f, float *command_rad, float wish_ra
     f->late_rad = 0;
   }
   *command_rad = begun_rad + f->late_rad;
-  f->wish_rad = wish_rad;
   f->begin_rad = lm_follow_end_slowly(f, f->begin_rad);
   f->late_rad = lm_follow_end_slowly(f, f->late_rad);
   f->moved_rad = *command_rad - before_rad;

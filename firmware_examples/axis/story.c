@@ -694,13 +694,15 @@ static int plan_slowly(joint *j) {
   for (k = 0; k < 20; ++k) {
     j->wish_rad += k % 2 ? 0 : FAST_RAD;
     j->motor_rad =
-        lm_axis_tick(&j->drive, &at, j->motor_rad, k == 19 ? not_a_number() : j->wish_rad, 1);
+        lm_axis_tick(&j->drive, &at, j->motor_rad, k == 17 ? not_a_number() : j->wish_rad, 1);
     if (!lm_axis_pause(&j->drive)) {
       return 1;
     }
   }
-  run(j, 200, LOAD_NM, 0);
-  return lm_axis_pause(&j->drive) || join(j) > STILL_RAD;
+  for (k = 0; k < 200; ++k) { /* the last digit of an interpolator */
+    run(j, 1, LOAD_NM, k % 2 ? 1e-6f : -1e-6f);
+  }
+  return j->drive.state != LM_AXIS_CLOSED || lm_axis_pause(&j->drive) || join(j) > STILL_RAD;
 }
 
 /* The first tick may be late, the second one not. */
