@@ -14,8 +14,9 @@
 #define STAND_CYCLES 620 /* LM_AXIS_STAND, the states of the drive, its brake */
 #define SWING_NM 10.0f   /* of the arm against the brake, at 20 Hz */
 #define SWING_CYCLES 50
-#define MODE_CYCLES 22000 /* LM_AXIS_FEED_S, of 60 N m, for LOAD_NM */
-#define STEP_RAD 5e-7f    /* a motor that is enabled, braked or off moves by less: one increment */
+#define MODE_CYCLES 2200 /* LM_AXIS_FEED_S, of 60 N m, for FED_NM */
+#define FED_NM (LOAD_NM / 10)
+#define STEP_RAD 5e-7f /* a motor that is enabled, braked or off moves by less: one increment */
 
 typedef struct csp_drive {
   uint16_t status;
@@ -435,7 +436,8 @@ static int check_bit12(cell *c, float *wish_rad) {
   c->cia.mode = 1;
   c->cia.values.reports_offset = 0;
   c->drive.subtracts = 1;
-  c->largest_rad = 0;
+  c->cia.axis.fed_Nm = FED_NM;
+  cycles(c, 1, LOAD_NM, wish_rad, 0, 1);
   for (k = 0; k < MODE_CYCLES + 5 * STAND_CYCLES; ++k) {
     const cia402_input in = read_drive(c);
     const int16_t before = c->cia.sent.torque_offset;
