@@ -154,8 +154,8 @@ static void measure(lm_axis *a, lm_axis_source source, float commanded_Nm, int t
   a->input_missing = a->input_missing || !there;
 }
 
-/* What becomes known of the load while the drive bears it, its integrator bears already. A drive that
- * has been disabled may still stop with it. On a lost bus it gets nothing. */
+/* What becomes known of the load while the drive bears it, its integrator bears already. A drive
+ * that has been disabled may still stop with it. On a lost bus it gets nothing. */
 static void feed(lm_axis *a, float torque_Nm) {
   const float rate_Nm_s =
       a->unfeeds ? a->creep_Nm_s * LM_AXIS_CREEP_S / LM_AXIS_FEED_S : a->creep_Nm_s;
@@ -182,7 +182,12 @@ float lm_axis_gravity(lm_axis *a, float gravity_Nm, int homed) {
     return gravity_Nm;
   }
   if (a->command_jumps == 0 && size(gravity_Nm - a->gravity_Nm) > a->step_Nm) {
-    lm_axis_payload(a);
+    if (a->source == LM_AXIS_COMMAND) { /* no measurement has it */
+      a->off_Nm += a->beyond_Nm;
+      a->beyond_Nm = 0;
+    }
+    a->command_jumps = 1;
+    forget_standstill(a);
   }
   a->gravity_Nm = gravity_Nm;
   return gravity_Nm;
@@ -504,29 +509,12 @@ float lm_axis_index(lm_axis *a, float latched_rad, float index_rad) {
   return lm_axis_reference(a, latched_rad, index_rad - added_rad(a));
 }
 
-void lm_axis_payload(lm_axis *a) {
-  if (a->source == LM_AXIS_COMMAND) { /* no measurement has it */
-    a->off_Nm += a->beyond_Nm;
-    a->beyond_Nm = 0;
-  }
-  a->command_jumps += a->command_jumps == 0;
-  forget_standstill(a);
-}
-
 void lm_axis_turn(lm_axis *a, float by_rad) {
   if (is_known(by_rad)) {
     a->setpoint_rad += by_rad;
     a->stood_at_rad += by_rad;
     a->command_rad += by_rad;
     a->follow.rest_rad += by_rad;
-  }
-}
-
-void lm_axis_origin(lm_axis *a, float by_rad) {
-  if (is_known(by_rad)) {
-    a->setpoint_rad += by_rad;
-    a->stood_at_rad += by_rad;
-    a->zero_rad -= by_rad;
   }
 }
 

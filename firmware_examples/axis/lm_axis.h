@@ -124,12 +124,12 @@ typedef struct lm_axis_kept {
 } lm_axis_kept;
 
 /* Power-up, the loop open, the brake on. at: the conditions, with the torque of the command:
- * gravity at motor_over_ratio_rad + zero_rad, or LM_UNKNOWN: that of the power-down. zero_rad: the stored zero of an absolute encoder,
- * otherwise 0. kept: of the last power-down, or null. It is used up: write *kept back to its
- * memory before the loop closes, so that a later reset does not restore it again. Errors: those of
- * lm_start_compensator; LM_OUT_OF_RANGE ("motor_over_ratio_rad", "zero_rad": not finite or beyond
- * LM_AXIS_ANGLE_MAX_RAD). Then the axis is off, and the setpoint 0 means nothing. A measured
- * torque: then lm_declare_torque_error. */
+ * gravity at motor_over_ratio_rad + zero_rad, or LM_UNKNOWN: that of the power-down. zero_rad: the
+ * stored zero of an absolute encoder, otherwise 0. kept: of the last power-down, or null. It is
+ * used up: write *kept back to its memory before the loop closes, so that a later reset does not
+ * restore it again. Errors: those of lm_start_compensator; LM_OUT_OF_RANGE
+ * ("motor_over_ratio_rad", "zero_rad": not finite or beyond LM_AXIS_ANGLE_MAX_RAD). Then the axis
+ * is off, and the setpoint 0 means nothing. A measured torque: then lm_declare_torque_error. */
 lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_axis_kept *kept,
                            const lm_conditions *at, float motor_over_ratio_rad, float zero_rad,
                            lm_fault *fault);
@@ -138,9 +138,9 @@ lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_axis_
  * commanded_Nm: gravity at command_rad minus inertia times the planner's acceleration of the output
  * (compensator.h: signs); 0 if unknown. They filter at a tenth of the resonance for which the
  * parameters were exported. The torque does not jump when its source or the zero changes: the
- * command keeps the last difference to a measurement, until power-up with beyond_Nm 0 or
- * lm_axis_payload. A jump of gravity with the zero or a payload is made in LM_AXIS_PAUSED, and
- * creeps in LM_AXIS_CLOSED (LM_AXIS_CREEP_S).
+ * command keeps the last difference to a measurement, until power-up without the history or another
+ * payload. A jump of gravity with the zero or a payload is made in LM_AXIS_PAUSED, and creeps in
+ * LM_AXIS_CLOSED (LM_AXIS_CREEP_S).
  *
  * sensed_Nm: minus the torque of the gear on the link, which a sensor between them measures. Not
  * filtered; between two samples the last one. If it is not finite for the time of LM_AXIS_STAND,
@@ -159,29 +159,30 @@ float lm_axis_use_current(lm_axis *a, const lm_motor *motor, float commanded_Nm,
 
 /* Gravity for the torque of the command, in every tick. homed 0: the zero is not known, and so
  * gravity_Nm is not; the last one is used, also that of the power-down. A step that no motion makes
- * (payload, zero, another axis that is homed) counts as lm_axis_payload. */
+ * (payload, zero, another axis that is homed) makes no jump of the torque in use: a measured source
+ * has it from the measurement, the command alone forgets what a measurement had added. */
 float lm_axis_gravity(lm_axis *a, float gravity_Nm, int homed);
 
 /* Velocity feed-forward, of the output: the planner's velocity plus the rate of the correction in
  * LM_AXIS_CLOSED, otherwise 0. A velocity that is not finite is replaced by that of the command. */
 float lm_axis_rate(const lm_axis *a, float planned_rad_s);
 
-/* Torque feed-forward, of the output: against the load. After lm_axis_close it changes with the load
- * alone: a torque that becomes known is already borne by the integrator, and it creeps there. 0 if the
- * loop was closed for a test: its sign is not known. */
+/* Torque feed-forward, of the output: against the load. After lm_axis_close it changes with the
+ * load alone: a torque that becomes known is already borne by the integrator, and it creeps there.
+ * 0 if the loop was closed for a test: its sign is not known. */
 float lm_axis_feed(const lm_axis *a);
 
 /* Once in every period, in all states; after an overrun not twice; elapsed_s of the first one is
  * ignored. wish_rad: the output angle that the planner requests, a new one in every tick:
  * interpolate a slower planner. While the state is not LM_AXIS_CLOSED the planner is at rest at
- * command_rad, within LM_FOLLOW_NEAR_RAD. In LM_AXIS_CLOSED the axis is paused by a wish that steps
- * (follow.step_rad_s), or is missing (not finite) for more than LM_FOLLOW_LOST_TICKS. Returns
- * the setpoint of the position loop, motor angle / signed ratio.
+ * command_rad, within LM_FOLLOW_NEAR_RAD. In LM_AXIS_CLOSED the axis is paused by a wish that
+ * steps (follow.step_rad_s), or is missing (not finite) for more than LM_FOLLOW_LOST_TICKS.
+ * Returns the setpoint of the position loop, motor angle / signed ratio.
  *
- * follows: of lm_drive: 1 while the drive reports that it follows the setpoint, and the brake has
- * opened. With 0, or motor_over_ratio_rad not finite for more than LM_FOLLOW_LOST_TICKS (lost bus),
- * LM_AXIS_CLOSED becomes LM_AXIS_PAUSED: the setpoint stays at once, also in motion. After a bus that
- * was lost for LM_AXIS_STAND it is the angle of the motor: the drive has stopped there.
+ * follows: of lm_drive: 1 while the drive reports that it follows the setpoint, and the brake
+ * has opened. With 0, or motor_over_ratio_rad not finite for more than LM_FOLLOW_LOST_TICKS (lost
+ * bus), LM_AXIS_CLOSED becomes LM_AXIS_PAUSED: the setpoint stays at once, also in motion. After a
+ * bus that was lost for LM_AXIS_STAND it is the angle of the motor: the drive has stopped there.
  * LM_AXIS_PAUSED lasts until it is 1 and the angle is there. */
 float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_rad, float wish_rad,
                    int follows);
@@ -222,21 +223,10 @@ float lm_axis_reference(lm_axis *a, float motor_over_ratio_rad, float angle_rad)
  * zero_rad there once the axis is home, a constant of the axis. As lm_axis_reference. */
 float lm_axis_index(lm_axis *a, float latched_rad, float index_rad);
 
-/* Another payload: call it between the last torque of the command without it and the first one with
- * it, in one step; also if it was changed behind the brake. The torque in use does not jump. A
- * measured source has the payload from the measurement; the torque of the command alone forgets
- * what a measurement had added, and makes the jump as above. */
-void lm_axis_payload(lm_axis *a);
-
 /* For an axis that turns without end: whole turns of the output were added to the origin of
  * motor_over_ratio_rad, command and planner (by_rad: -2 pi, for example). Call it before the tick
  * with the new angles. */
 void lm_axis_turn(lm_axis *a, float by_rad);
-
-/* The origin of motor_over_ratio_rad has changed, the axis has not moved: motor_over_ratio_rad is
- * greater by by_rad at the same place (homing by the drive, while open). Call it before the tick
- * with the new angles; store zero_rad again. */
-void lm_axis_origin(lm_axis *a, float by_rad);
 
 /* Actual output angle. */
 float lm_axis_reported(const lm_axis *a, float motor_over_ratio_rad);

@@ -57,8 +57,8 @@ typedef struct lm_drive {
 void lm_drive_step(lm_drive *d, lm_axis *a, const lm_drive_report *report, int run);
 
 /* Before the first step, the brake on: lm_axis_power_up, and refused while the drive is enabled or
- * the brake released, or without the closing time of a brake of the host: LM_INCONSISTENT ("enable",
- * "closing_s"); then nothing has changed. */
+ * the brake released, or without the closing time of a brake of the host: LM_INCONSISTENT
+ * ("enable", "closing_s"); then nothing has changed. */
 lm_status lm_drive_power_up(const lm_drive *d, lm_axis *a, const lm_parameters *parameters,
                             lm_axis_kept *kept, const lm_conditions *at, float motor_over_ratio_rad,
                             float zero_rad, lm_fault *fault);

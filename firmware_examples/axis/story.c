@@ -348,22 +348,14 @@ static int confuse_planner(joint *j) {
       return 1;
     }
   }
-  for (k = 0; k < 4; ++k) {
+  for (k = 0; k < 2; ++k) {
     const float turn_rad = k % 2 == 0 ? TURN_RAD : -TURN_RAD;
-    const float place_rad = lm_axis_reported(&j->drive, j->motor_rad);
     before_rad = j->motor_rad + turn_rad;
     if (k == 1 && lm_axis_pause(&j->drive)) {
       return 1;
     }
-    if (k < 2) {
-      lm_axis_turn(&j->drive, turn_rad);
-    } else {
-      lm_axis_origin(&j->drive, turn_rad);
-    }
+    lm_axis_turn(&j->drive, turn_rad);
     j->motor_rad += turn_rad;
-    if (k >= 2 && size(lm_axis_reported(&j->drive, j->motor_rad) - place_rad) > STILL_RAD) {
-      return 1;
-    }
     j->wish_rad = j->drive.command_rad;
     run(j, 10, LOAD_NM, 0);
     if ((k == 0 && lm_axis_pause(&j->drive)) || join(j) > STILL_RAD ||
@@ -402,7 +394,7 @@ static int change_payload(joint *j) {
     run(j, 1, lm_axis_use_sensor(&j->drive, LOAD_NM, LOAD_NM + payload_Nm), 0);
   }
   before_rad = j->motor_rad;
-  lm_axis_payload(&j->drive);
+  (void)lm_axis_gravity(&j->drive, LOAD_NM + payload_Nm, 1);
   for (k = 0; k < STAND_TICKS; ++k) {
     run(j, 1, lm_axis_use_sensor(&j->drive, LOAD_NM + payload_Nm, LOAD_NM + payload_Nm), 0);
     if (size(j->drive.torque_Nm - LOAD_NM - payload_Nm) > JUMP_NM) {
@@ -419,7 +411,8 @@ static int change_payload(joint *j) {
     (void)lm_axis_use_sensor(&j->drive, LOAD_NM + payload_Nm, LOAD_NM + 2 * payload_Nm);
   }
   (void)lm_axis_use_command(&j->drive, LOAD_NM + payload_Nm); /* the sensor is lost */
-  lm_axis_payload(&j->drive);                                 /* computed, after it was measured */
+  /* computed, after it was measured */
+  (void)lm_axis_gravity(&j->drive, LOAD_NM + 2 * payload_Nm, 1);
   (void)lm_axis_use_command(&j->drive, LOAD_NM + 2 * payload_Nm);
   if (size(j->drive.torque_Nm - LOAD_NM - 2 * payload_Nm) > JUMP_NM) {
     return 1;
@@ -428,12 +421,13 @@ static int change_payload(joint *j) {
     (void)lm_axis_use_sensor(&j->drive, LOAD_NM + 2 * payload_Nm, LOAD_NM + 3 * payload_Nm);
   }
   (void)lm_axis_use_command(&j->drive, LOAD_NM + 2 * payload_Nm);
-  lm_axis_payload(&j->drive); /* the command has all of it: what was measured counts no more */
+  /* The command has all of it: what was measured counts no more. */
+  (void)lm_axis_gravity(&j->drive, LOAD_NM + 2.5f * payload_Nm, 1);
   (void)lm_axis_use_command(&j->drive, LOAD_NM + 2.5f * payload_Nm);
   if (size(j->drive.torque_Nm - LOAD_NM - 2.5f * payload_Nm) > 0) {
     return 1;
   }
-  lm_axis_payload(&j->drive); /* put down again, and measured by nothing */
+  (void)lm_axis_gravity(&j->drive, LOAD_NM, 1); /* put down again, and measured by nothing */
   (void)lm_axis_use_command(&j->drive, LOAD_NM);
   before_rad = lm_axis_feed(&j->drive);
   lm_axis_open(&j->drive);
@@ -441,11 +435,6 @@ static int change_payload(joint *j) {
   if (size(j->drive.torque_Nm - LOAD_NM) > 1e-5f ||
       size(lm_axis_feed(&j->drive) - before_rad) > CREEP_NM) {
     return 1; /* the drive may still stop with it */
-  }
-  lm_axis_payload(&j->drive);
-  if (size(lm_axis_use_command(&j->drive, LOAD_NM) - LOAD_NM) > 1e-5f ||
-      size(j->drive.torque_Nm - LOAD_NM) > 1e-5f) {
-    return 1;
   }
   return close_loop(j) > STILL_RAD ||
          size(lm_axis_feed(&j->drive) + LOAD_NM) > 1e-5f; /* what it bears when the brake opens */
@@ -643,7 +632,6 @@ static int pass_on_finite(joint *j) {
     return 1;
   }
   lm_axis_turn(&j->drive, none);
-  lm_axis_origin(&j->drive, none);
   run(j, 1, LOAD_NM, 0);
   if (!(size(j->drive.setpoint_rad - setpoint_rad) < ARRIVED_RAD) ||
       size(lm_axis_rate(&j->drive, 0.2f)) > 0) {

@@ -393,8 +393,9 @@ static int check_thermometer(cell *c) {
   return before_C > 20.05f && is_closed(c) ? 0 : 44;
 }
 
-/* A drive that does not follow although it is enabled (bit 12), in motion, while the planner continues:
- * no jump. Another mode is requested once no torque is fed forward, which then begins slowly. */
+/* A drive that does not follow although it is enabled (bit 12), in motion, while the planner
+ * continues: no jump. Another mode is requested once no torque is fed forward, which then begins
+ * slowly. */
 static int check_bit12(cell *c, float *wish_rad) {
   const float rate_rad = 5e-4f;
   lm_conditions at = LM_CONDITIONS_UNKNOWN;
