@@ -57,10 +57,10 @@ lm_outline_point lm_outline_flank(const lm_tooth_outline *outline, lm_real heigh
   return point;
 }
 
-/* Angle at the gear's centre between a point of the fillet's circle and the circle's centre. */
-static lm_real angle_in_fillet(const lm_tooth_outline *o, lm_real radius_mm) {
-  const lm_real apart = radius_mm - o->centre_mm;
-  const lm_real square = (o->fillet_mm - apart) * (o->fillet_mm + apart);
+/* Angle at the gear's centre between a point of the fillet's circle, at a radius or a height above
+ * the root, and the circle's centre: exactly 0 at the root. */
+static lm_real angle_in_fillet(const lm_tooth_outline *o, lm_real radius_mm, lm_real height_mm) {
+  const lm_real square = height_mm * (LM_REAL(2) * o->fillet_mm - height_mm);
   const lm_real whole = LM_REAL(4) * radius_mm * o->centre_mm;
   return LM_REAL(2) * real_atan(real_sqrt(square / (whole - square)));
 }
@@ -177,7 +177,7 @@ static lm_real fillet_too_wide(lm_tooth_outline *o, lm_real fillet_mm) {
   o->form_height_mm = find_form(o);
   at = lm_outline_flank(o, o->form_height_mm);
   to_polar(o, &at, o->form_height_mm, &radius, &angle);
-  o->centre_rad = angle + angle_in_fillet(o, radius);
+  o->centre_rad = angle + angle_in_fillet(o, radius, up(o) * (radius - o->root_mm));
   return o->centre_rad - LM_PI / LM_REAL(o->rigid ? g->rigid_teeth : g->flexspline_teeth);
 }
 
@@ -223,7 +223,7 @@ lm_real lm_outline_half(const lm_tooth_outline *outline, lm_real height_mm) {
   }
   if (is_polar(o)) {
     const lm_real radius = o->root_mm + up(o) * height_mm;
-    return radius * (o->centre_rad - angle_in_fillet(o, radius));
+    return radius * (o->centre_rad - angle_in_fillet(o, radius, height_mm));
   }
   {
     const lm_real down =

@@ -96,6 +96,21 @@ def upper_flank(arcs: Arcs, points: int) -> NDArray[np.complex128]:
     return height + 1j * across
 
 
+def _angles_on(
+    placed: NDArray[np.complex128], radius: NDArray[np.float64], sense: float
+) -> NDArray[np.float64]:
+    """Polar angles of a placed flank on radii, by its chords, all times the sense; minus infinity
+    where it has no point."""
+    square = sense * (placed.real**2 + placed.imag**2)
+    above = np.searchsorted(square, sense * radius**2)
+    found = np.full(len(radius), -np.inf)
+    on = (above > 0) & (above < len(placed))
+    low, high = placed[above[on] - 1], placed[above[on]]
+    share = (np.abs(radius[on]) - np.abs(low)) / (np.abs(high) - np.abs(low))
+    found[on] = sense * (np.angle(low) + share * (np.angle(high) - np.angle(low)))
+    return found
+
+
 def swept_flank(
     design: polygons.Design,
     tool: NDArray[np.complex128],
@@ -149,11 +164,9 @@ def swept_flank(
         origin, end = path(angle)
         placed = origin + from_neutral * (end - origin) / abs(end - origin)
         corner[i] = placed[-1]
-        rho = sense * np.abs(placed)
         now = np.full(points, -np.inf)
-        if rho[-1] > inner_mm:
-            theta = sense * np.angle(placed)
-            now = np.interp(radius, rho, theta, left=-np.inf, right=-np.inf)
+        if sense * abs(corner[i]) > inner_mm:
+            now = _angles_on(placed, radius, sense)
         reach = np.maximum(reach, now)
         # The vertex of the parabola through three positions, the middle one the furthest.
         peak = np.isfinite(before) & np.isfinite(now) & (last > before) & (last >= now)

@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -62,6 +62,15 @@ class WaveShape:
         """Ends of the smooth pieces [rad], from 0 to pi/2."""
         return (0.0, *(float(piece.domain[1]) for piece in self.pieces))
 
+    @cached_property
+    def _known(self) -> dict[int, tuple[Chebyshev, ...]]:
+        return {0: self.pieces}
+
+    def _derivatives(self, order: int) -> tuple[Chebyshev, ...]:
+        if order not in self._known:
+            self._known[order] = tuple(piece.deriv(order) for piece in self.pieces)
+        return self._known[order]
+
     def radial(self, angle_rad: ArrayLike, derivative: int = 0) -> NDArray[np.float64]:
         """Radial displacement over deflection, outward positive, or a derivative by the angle.
 
@@ -80,9 +89,10 @@ class WaveShape:
         angle = np.asarray(angle_rad, dtype=float)
         size = np.abs(angle)
         value = np.empty_like(size)
-        for (start, end), piece in zip(pairwise(self.joints), self.pieces, strict=True):
+        pieces = self._derivatives(derivative)
+        for (start, end), piece in zip(pairwise(self.joints), pieces, strict=True):
             inside = (size >= start) & ((size < end) | (end == self.joints[-1]))
-            value[inside] = (piece.deriv(derivative) if derivative else piece)(size[inside])
+            value[inside] = piece(size[inside])
         return np.where(angle < 0, -value, value) if derivative % 2 else value
 
     def tangential(self, angle_rad: ArrayLike) -> NDArray[np.float64]:
