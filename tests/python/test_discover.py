@@ -345,6 +345,15 @@ def test_what_is_measured_at_a_jump_of_the_load_is_no_outlier():
     assert base.outlier[first + at[5]]
 
 
+def test_wild_samples_that_crowd_in_one_run_are_left_as_they_are():
+    data = campaign(seed=3)
+    data.runs[4].columns["lost_motion"][20:480:20] += 40.0 * ARCSEC
+    base = BaselineModel(Conditions(data), RATED_NM)
+    base.fit()
+    clean_outliers(base)
+    assert not base.outlier[base.conditions.slices()[4]].any()
+
+
 def test_beside_an_effect_of_the_file_the_same_counts_as_beside_one_that_was_found():
     def uneven_gap(columns, wound):
         tenth = columns["input_angle"][0] == 0.7 * 9

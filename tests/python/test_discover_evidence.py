@@ -97,7 +97,7 @@ def test_the_level_is_shared_evenly_among_answers_and_within_each():
     )
     nothing: Any = None
     candidates = {c.name: c for c in made}
-    current = RecordedRound(Contest(evidence), candidates, {}, nothing)
+    current = RecordedRound(Contest(evidence), candidates, {}, 0.0, nothing)
     paid = {c.name: corrected_for(current, c) for c in made}
     answers = 2 + 3  # two effects and three unnamed kinds
     assert (paid["plain"], paid["grid"]) == (answers * 1, answers * 5)

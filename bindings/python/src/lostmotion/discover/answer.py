@@ -22,6 +22,7 @@ from lostmotion.discover.gates import (
     corrected_for,
     count_answers,
     family_p,
+    large_enough,
 )
 from lostmotion.discover.ladder import Rung, told
 from lostmotion.discover.linearise import Settled
@@ -281,7 +282,7 @@ def list_candidates(
         fitted = [c.size for c in where.contenders if c.result.name == result.name]
         size = fitted[0] if fitted else where.round.size_of(result)
         stands_out = accepted(result, corrected_for(where.round, candidate))
-        large = size >= where.least_arcsec
+        large = large_enough(where.round, result, size, where.least_arcsec)
         confused = sorted(present) if result.name in rivals else []
         p = family_p(where.round, candidate, result)
         made = entry(effect, values_array, held, result.gain, p, confused, size)

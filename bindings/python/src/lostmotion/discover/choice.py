@@ -9,7 +9,7 @@ import numpy as np
 
 from lostmotion import rules
 from lostmotion.discover.contest_round import ContestRound
-from lostmotion.discover.gates import corrected_for, runs_separate, share_at
+from lostmotion.discover.gates import corrected_for, large_enough, runs_separate, share_at
 from lostmotion.discover.growing_model import Contender, GrowingModel, Lead
 from lostmotion.discover.shortlist import find_leads, strongest, without
 from lostmotion.evidence.contest import Result
@@ -103,7 +103,7 @@ def choose_among(
                 result in apart
                 and not first
                 and result.name not in rejected
-                and current.size_of(result) >= least
+                and large_enough(current, result, current.size_of(result), least)
             )
         ]
         alike = rivals(current, large, contenders, selected)
@@ -181,7 +181,7 @@ def try_lead(
     contender.size = model.size_within(contender) if lead.size is None else lead.size
     contender.passes = (
         contender.gain + model.not_kept(contender) >= rules.GAIN_LEAST
-        and contender.size >= least
+        and large_enough(lead.round, lead.result, contender.size, least)
         and (not contender.candidate.named or model.passes_gates(contender, count))
     )
     if contender.passes and not model.beats_forms(contender):

@@ -19,7 +19,7 @@ from lostmotion.candidates.candidate import Candidate
 from lostmotion.candidates.named import tangent
 from lostmotion.candidates.shapes import ANGLE_ORDERS, channels, legendre, varying_parts
 from lostmotion.discover.answer import Diagnosis
-from lostmotion.discover.contest_round import make_round
+from lostmotion.discover.contest_round import make_round, swing_by_run
 from lostmotion.discover.form_variance import largest_model, mark_of_form, with_form_error
 from lostmotion.discover.gates import judge_all
 from lostmotion.discover.linearise import Settled, columns_of, settle
@@ -136,6 +136,7 @@ def gather_body(diagnosis: Diagnosis, effects: Mapping[str, Effect], ratio: floa
                 for k in candidates
             ],
             "closed": closed,
+            "swing_arcsec": swing_by_run(base, at).tolist(),
             "given_arcsec": {name: term_size(base, names.index(name)) for name in present},
             "runs": [str(label) for label in c.labels],
             "events": [named_apart(event) for event in diagnosis.events],

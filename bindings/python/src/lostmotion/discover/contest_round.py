@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from lostmotion import rules
 from lostmotion.candidates import shapes
 from lostmotion.candidates.candidate import Candidate
 from lostmotion.candidates.named import named_candidates
@@ -23,6 +24,7 @@ from lostmotion.evidence.contest import Contest, Result
 from lostmotion.evidence.gram import gather
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.form_error import FormBasis
+from lostmotion.fit.point import Point
 from lostmotion.rms import rms_of
 from lostmotion.threads import both
 
@@ -72,6 +74,8 @@ class ContestRound(ABC):
     candidates : dict
     closed : dict
         Reasons of effects that are not testable, by name.
+    form_arcsec : float
+        Least form error of the baseline model (`rules.FORM_SHARE`).
     judged : dict
         Results of the blocks that were tested, by their places.
     """
@@ -79,6 +83,7 @@ class ContestRound(ABC):
     contest: Contest
     candidates: dict[str, Candidate]
     closed: dict[str, str]
+    form_arcsec: float
 
     def __post_init__(self) -> None:
         """Each start of an effect is also a separate block."""
@@ -131,6 +136,17 @@ class RecordedRound(ContestRound):
         return self.settled.base.has_effects
 
 
+def swing_by_run(base: BaselineModel, point: Point) -> FloatArray:
+    """Root mean square of the baseline model in every run about its mean, arc seconds."""
+    c = base.conditions
+    return np.asarray(np.sqrt(c.run_mean(c.centred(point.angle) ** 2)))
+
+
+def form_size(swing: FloatArray, rows: FloatArray) -> float:
+    """Least form error of a baseline model, from its rms in runs of given lengths."""
+    return rules.FORM_SHARE * float(np.sqrt(np.average(swing**2, weights=rows)))
+
+
 def make_candidates(
     base: BaselineModel, effects: Mapping[str, Effect], ratio: float, waves: Sequence[Candidate]
 ) -> tuple[list[Candidate], dict[str, str]]:
@@ -159,4 +175,5 @@ def make_round(
         settled.noise,
         base.conditions.starts,
     )
-    return RecordedRound(Contest(evidence), {c.name: c for c in candidates}, closed, settled)
+    form = form_size(swing_by_run(base, point), np.diff(base.conditions.starts))
+    return RecordedRound(Contest(evidence), {c.name: c for c in candidates}, closed, form, settled)

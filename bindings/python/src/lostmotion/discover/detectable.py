@@ -71,6 +71,8 @@ def detectable(contest_round: ContestRound, within: float) -> tuple[dict[str, An
             np.mean(np.sqrt(np.mean(columns**2, axis=0)) / scale[: columns.shape[1]])
         )
         least = rules.SIZE_LEAST * within
+        if candidate.hangs_on_load_alone:
+            least = max(least, contest_round.form_arcsec)
         if rms < least:
             amplitude *= least / max(rms, 1e-300)
             rms = least

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from lostmotion import rules
 from lostmotion.candidates.candidate import KINDS, Candidate
 from lostmotion.candidates.forms import Linear, form_of
-from lostmotion.discover.contest_round import PROJECTION_RIDGE, ContestRound
+from lostmotion.discover.contest_round import PROJECTION_RIDGE, ContestRound, form_size
 from lostmotion.discover.gates import accepted, corrected_for, judge, judge_all
 from lostmotion.discover.growing_model import Contender, GrowingModel, Lead
 from lostmotion.effects.effect import Effect
@@ -107,10 +107,12 @@ class EvidenceModel(GrowingModel):
             [places_of(self.body.white, one) for one in taken],
             [candidate.name for candidate in left],
         )
+        form = form_size(np.array(self.body.about["swing_arcsec"]), self.body.rows)
         return EvidenceRound(
             Contest(white),
             {candidate.name: candidate for candidate in left},
             dict(self.body.about["closed"]),
+            form,
             self.body.plain,
             list(taken),
             self.rows,

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from lostmotion import rules
 from lostmotion.candidates.candidate import Candidate
-from lostmotion.discover.contest_round import Projector, RecordedRound
+from lostmotion.discover.contest_round import Projector, RecordedRound, form_size, swing_by_run
 from lostmotion.discover.gates import is_of_form
 from lostmotion.discover.linearise import Settled, columns_of, form_part, noise_rms
 from lostmotion.discover.measurement_noise import LargestModel
@@ -200,8 +200,9 @@ def form_error_told(settled: Settled, within: float, largest: float) -> float:
     base = settled.base
     if base.form_error is None:
         return 0.0
-    size = form_error_size(settled)
-    return size if size >= least_size(within, largest) else 0.0
+    size, least = form_error_size(settled), least_size(within, largest)
+    swing, rows = swing_by_run(base, base.at()), np.diff(base.conditions.starts)
+    return size if size >= max(least, form_size(swing, rows)) else 0.0
 
 
 def form_error_size(settled: Settled) -> float:

@@ -119,6 +119,16 @@ def family_p(contest_round: ContestRound, candidate: Candidate, result: Result) 
     return min(1.0, result.p * corrected_for(contest_round, candidate))
 
 
+def large_enough(contest_round: ContestRound, result: Result, size: float, least: float) -> bool:
+    """Whether a size counts.
+
+    A candidate that depends only on the load must exceed the form error of the baseline model.
+    """
+    if contest_round.candidates[result.name].hangs_on_load_alone:
+        least = max(least, contest_round.form_arcsec)
+    return size >= least
+
+
 def is_of_form(share_beyond: float, named: bool = True) -> bool:
     """Whether a contribution is confounded with another form of the hysteresis.
 

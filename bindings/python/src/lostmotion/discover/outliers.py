@@ -44,6 +44,16 @@ def clean_outliers(base: BaselineModel) -> int:
     # Many adjacent ones are not outliers but a feature of the signal.
     crowd = np.convolve(found, np.ones(7))[3:-3]
     found &= crowd <= 3
+    counts = np.array([np.count_nonzero(found[at]) for at in base.conditions.slices()])
+    rows = np.diff(base.conditions.starts)
+    for r, at in enumerate(base.conditions.slices()):
+        # Outliers occur in any run. Many more in one run are an effect that the model lacks.
+        usual = float(np.median(np.delete(counts / rows, r))) if counts.size > 1 else 0.0
+        expected = usual * float(rows[r])
+        if counts[r] > rules.OUTLIERS_ALONE + expected + 3.0 * np.sqrt(expected):
+            found[at] = False
+    if np.mean(found) > rules.OUTLIERS_MOST:
+        found[:] = False
     if found.any():
         point = base.at()
         good = np.flatnonzero(~found)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from lostmotion import rules
 from lostmotion.discover.contest_round import ContestRound
-from lostmotion.discover.gates import accepted, corrected_for
+from lostmotion.discover.gates import accepted, corrected_for, large_enough
 from lostmotion.discover.growing_model import Lead
 from lostmotion.evidence.contest import Result
 
@@ -35,7 +35,7 @@ def find_leads(contest_round: ContestRound, results: list[Result], least: float)
         candidate = contest_round.candidates[result.name]
         if accepted(result, corrected_for(contest_round, candidate)):
             size = contest_round.size_of(result)
-            if size >= least:
+            if large_enough(contest_round, result, size, least):
                 passed.append(Lead(contest_round, result, size))
     return passed
 

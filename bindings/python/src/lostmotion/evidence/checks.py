@@ -179,6 +179,7 @@ ABOUT: dict[str, Check] = {
         )
     ),
     "closed": named(text),
+    "swing_arcsec": listed(lambda value: finite_number(value) and value >= 0),
     "given_arcsec": named(finite_number),
     "runs": lambda value: listed(text)(value) and len(set(value)) == len(value),
     "events": listed(
@@ -215,7 +216,7 @@ def check_about(file: str | Path, about: Any, runs: int, sizes: Mapping[str, int
         if key not in about or not check(about[key]):
             found = "a value of another kind, or out of range" if key in about else "no such entry"
             raise InputError(file, key, found, "what diagnose --save-evidence writes")
-    for key in ("runs", "run_fingerprints"):
+    for key in ("runs", "run_fingerprints", "swing_arcsec"):
         if len(about[key]) != runs:
             raise InputError(
                 file, key, f"{len(about[key])} entries", f"one for each of {runs} runs"

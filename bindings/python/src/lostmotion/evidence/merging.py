@@ -76,6 +76,7 @@ def merge_bodies(bodies: Sequence[Body], files: Sequence[str | Path]) -> Body:
             ],
             "closed": closed,
             "runs": [name for names in labels for name in names.values()],
+            "swing_arcsec": [x for body in bodies for x in body.about["swing_arcsec"]],
             "given_arcsec": {
                 name: max(body.about["given_arcsec"][name] for body in bodies)
                 for name in first.about["effects"]
