@@ -4,12 +4,12 @@
     python benchmarks/judging_suites.py CAMPAIGNS --seeds develop --share 0.1
     python benchmarks/rules_sensitivity.py CAMPAIGNS --results FILE.jsonl [--campaigns 200]
 
-Every campaign is diagnosed with the unchanged rules, which also shows which rules it uses: a rule
-that a campaign does not use cannot change its verdict, and is not tried on it. A verdict has
-changed if the word, the named effects, the runs of sudden events or the column of an unexplained
-residual have. Integers change by at least one. Each result is appended to FILE.jsonl at once, and
-existing results are not repeated. Rules that change none of 200 verdicts can be removed: the table
-lists them last.
+Every campaign is diagnosed with the unchanged rules, whose changed values are carried along
+(`traced_rules`). A change on which no comparison of the diagnosis depends cannot change its
+verdict, and is not tried. A verdict has changed if the word, the named effects, the runs of sudden
+events or the column of an unexplained residual have. Integers change by at least one. Each result
+is appended to FILE.jsonl at once, and existing results are not repeated. Rules that change none of
+200 verdicts can be removed: the table lists them last.
 """
 
 from __future__ import annotations
@@ -20,15 +20,18 @@ import sys
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 from bench_diagnosis import diagnosed, in_turn, load, read
+from traced_rules import NOTED, TracedRules, applied
 from verdicts import good, judge
 
 from lostmotion import rules
+from lostmotion.discover import choice, diagnosis, gates
 from lostmotion.threads import one_thread
 
 Record = dict[str, Any]
@@ -40,26 +43,46 @@ NAMES = tuple(name for name in vars(rules) if name.isupper())
 """Every rule."""
 
 
-LOOKED_AT: set[str] = set()
-"""Rules that the current diagnosis has used."""
-
-
-class Watched(ModuleType):
-    """A module that records which of its rules are used."""
-
-    def __getattribute__(self, name: str) -> Any:
-        """Return an attribute, and record it."""
-        if name.isupper():
-            LOOKED_AT.add(name)
-        return super().__getattribute__(name)
-
-
 def changed(value: float, share: float) -> float:
     """A rule changed by a share; a whole number by one at least, and not below 1."""
     if isinstance(value, int):
         step = max(1, round(abs(share) * value))
         return max(1, value + (step if share > 0 else -step))
     return value * (1 + share)
+
+
+def changes_of(value: float) -> dict[float, float]:
+    """Values of a changed rule, by the share by which it is changed."""
+    both = {share: changed(value, share) for share in (-CHANGE, CHANGE)}
+    return {share: other for share, other in both.items() if other != value}
+
+
+@contextmanager
+def traced() -> Iterator[None]:
+    """Carry the changed rules along, and note the changes on which a comparison depends.
+
+    The sizes that would have been detectable are no part of a verdict, and are not traced.
+    """
+    share_at, detectable = gates.share_at, diagnosis.detectable
+
+    def untraced(*given: Any) -> Any:
+        rules.__class__ = ModuleType
+        try:
+            return detectable(*given)
+        finally:
+            rules.__class__ = TracedRules
+
+    NOTED.clear()
+    rules.changes_of = changes_of  # type: ignore[attr-defined]
+    gates.share_at = choice.share_at = lambda angle: applied(share_at, (angle,))
+    diagnosis.detectable = untraced
+    rules.__class__ = TracedRules
+    try:
+        yield
+    finally:
+        rules.__class__ = ModuleType
+        gates.share_at = choice.share_at = share_at
+        diagnosis.detectable = detectable
 
 
 def signature(answer: dict[str, Any]) -> list[Any]:
@@ -74,16 +97,17 @@ def signature(answer: dict[str, Any]) -> list[Any]:
 
 
 def run(truth_file: Path, rule: str = "", share: float = 0.0) -> Record:
-    """Diagnose a campaign with one rule changed, or none."""
-    rules.__class__ = Watched
+    """Diagnose a campaign with one rule changed, or with the changes of all carried along."""
     kept = getattr(rules, rule) if rule else None
-    if rule:
-        setattr(rules, rule, changed(kept, share))
-    LOOKED_AT.clear()
+    truth, drive, campaign = read(truth_file)
     try:
-        truth, drive, campaign = read(truth_file)
-        with one_thread():
-            answer = diagnosed(drive, campaign).answer()
+        if rule:
+            setattr(rules, rule, changed(kept, share))
+            with one_thread():
+                answer = diagnosed(drive, campaign).answer()
+        else:
+            with one_thread(), traced():
+                answer = diagnosed(drive, campaign).answer()
     finally:
         if rule:
             setattr(rules, rule, kept)
@@ -93,18 +117,15 @@ def run(truth_file: Path, rule: str = "", share: float = 0.0) -> Record:
         "share": share,
         "answer": signature(answer),
         "good": good(truth, judge(truth, answer)),
-        **({} if rule else {"looked_at": sorted(LOOKED_AT)}),
+        **({} if rule else {"depends_on": sorted(NOTED)}),
     }
 
 
 def trials(found: Record, wanted: Iterable[str]) -> Iterator[tuple[str, float]]:
-    """Rules to be changed on a campaign, those that it uses, and the share."""
-    for name in wanted:
-        for share in (-CHANGE, CHANGE):
-            if name in found["looked_at"] and changed(getattr(rules, name), share) != getattr(
-                rules, name
-            ):
-                yield name, share
+    """Rules to be changed on a campaign, those on which it depends, and the share."""
+    for name, share in found["depends_on"]:
+        if name in wanted:
+            yield name, share
 
 
 def table(records: Iterable[Record]) -> str:
@@ -119,13 +140,12 @@ def table(records: Iterable[Record]) -> str:
     count = len(plain)
     lines = [
         f"{count} campaigns, rules changed by {100 * CHANGE:g} %",
-        f"{'rule':24} {'looked at':>10} {'down moves':>11} {'up moves':>9} "
-        f"{'better':>7} {'worse':>6}",
+        f"{'rule':24} {'depend':>10} {'down moves':>11} {'up moves':>9} {'better':>7} {'worse':>6}",
     ]
 
     def counts(name: str) -> list[int]:
         mine = changes[name]
-        seen = sum(name in record["looked_at"] for record in plain.values())
+        seen = sum(depends(record, name) for record in plain.values())
         moved = [r for r in mine if r["answer"] != plain[r["campaign"]]["answer"]]
         down = sum(r["share"] < 0 for r in moved)
         better = sum(r["good"] > plain[r["campaign"]]["good"] for r in mine)
@@ -143,8 +163,13 @@ def table(records: Iterable[Record]) -> str:
 
 
 def tried(name: str, plain: dict[str, Record]) -> bool:
-    """Whether any campaign uses a rule, so that it has to be tried."""
-    return any(name in record["looked_at"] for record in plain.values())
+    """Whether any campaign depends on a rule, so that it has to be tried."""
+    return any(depends(record, name) for record in plain.values())
+
+
+def depends(record: Record, name: str) -> bool:
+    """Whether a comparison of a diagnosis depends on a change of a rule."""
+    return any(rule == name for rule, _ in record["depends_on"])
 
 
 def main() -> None:
