@@ -676,8 +676,14 @@ static lm_real missed_at(const draft *d, int node) {
 #define MISSED_MODULES LM_REAL(4e-7)
 #endif
 
+/* The third derivative of a spline jumps at each of its points, so the error at a node does not
+ * bound the one beside it. */
+static lm_real wider_error(const draft *d) {
+  return d->g->flank->kind == LM_FLANK_POINTS ? LM_REAL(1) : WIDER_ERROR;
+}
+
 static int is_doubtful(const draft *d, int interval) {
-  const lm_real allowed = WIDER_ERROR * MISSED_MODULES;
+  const lm_real allowed = wider_error(d) * MISSED_MODULES;
   const int before = is_smooth_across(d, interval);
   const int after = is_smooth_across(d, interval + 1);
   if (!before || !after) { /* beside a corner: nothing on its other side to compare with */
@@ -687,8 +693,9 @@ static int is_doubtful(const draft *d, int interval) {
 }
 
 /* Halves an interval until the cubic meets the middle, at most three times: the last time where it
- * misses by more than a node may. The reason may be a zone that
- * is the greatest nowhere else, so all are searched. */
+ * misses by more than a node may. The reason may be a zone that is the greatest nowhere else, so
+ * all are searched. A flank of points is halved once more in any case: its cubic may meet the middle
+ * and miss beside it. */
 #define HALVINGS 3
 
 static void add_halves(draft *d, const maker *b, lm_real b_place, const maker *beyond, int rest,
@@ -708,9 +715,10 @@ static void add_halves(draft *d, const maker *b, lm_real b_place, const maker *b
   missed = cubic(width, LM_REAL(0.5), a.theta, by_place(c, &a, a_place), b->theta,
                  by_place(c, b, b_place)) -
            middle.theta;
-  if (halvings > 1 &&
-      real_fabs(missed) * c->top_mm > (halvings == HALVINGS ? LM_REAL(1) : WIDER_ERROR) *
-                                          MISSED_MODULES * d->g->geometry->module_mm) {
+  if (halvings > HALVINGS ||
+      (halvings > 1 &&
+       real_fabs(missed) * c->top_mm > (halvings == HALVINGS ? LM_REAL(1) : wider_error(d)) *
+                                           MISSED_MODULES * d->g->geometry->module_mm)) {
     add_halves(d, &middle, place, &middle, rest + 1, halvings - 1);
     add_halves(d, b, b_place, beyond, rest, halvings - 1);
   } else {
@@ -731,7 +739,8 @@ static void refine(const draft *rough, draft *d) {
     const maker *beyond = &rough->node[k + 1];
     const lm_real place = rough->table.place[k + 1];
     if (is_doubtful(rough, k)) {
-      add_halves(d, to, place, beyond, rough->table.intervals - k - 1, HALVINGS);
+      add_halves(d, to, place, beyond, rough->table.intervals - k - 1,
+                 d->g->flank->kind == LM_FLANK_POINTS ? HALVINGS + 1 : HALVINGS);
     } else {
       add_node(d, place, to, beyond);
     }

@@ -25,7 +25,7 @@
 
 LM_BEGIN_DECLS
 
-#define LM_CONJUGATE_INTERVALS_MAX 64
+#define LM_CONJUGATE_INTERVALS_MAX 128
 
 /* Transitions to another part of the flexspline's flank or to another zone; each uses one of the
  * intervals beyond the 28 of every flank. */
