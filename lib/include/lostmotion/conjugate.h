@@ -80,8 +80,7 @@ lm_status lm_make_conjugate(const lm_flank *flank, const lm_geometry *geometry,
  * LM_INCONSISTENT ("flank.rigid_points, teeth.engagement_depth": the points end before this range,
  * or begin beyond; "flank.rigid_points": no width, or more than the pitch), LM_NULL,
  * LM_OUT_OF_RANGE, LM_NOT_MONOTONE ("flank.rigid_points"). The cubics differ from a spline of usual
- * flanks by less than 1e-7 modules, from one through points that scatter by 1e-7 modules by up to
- * 1e-5. */
+ * flanks by less than 1e-7 modules, from one that rounds an edge by up to 2e-5. */
 lm_status lm_tabulate_rigid_points(const lm_flank_points *points, const lm_geometry *geometry,
                                    lm_real shift_mm, lm_real backlash_mm, lm_conjugate *conjugate,
                                    lm_fault *fault);
