@@ -63,6 +63,22 @@ def both(one: Callable[[], Answer], other: Callable[[], Item]) -> tuple[Answer, 
     return first, second
 
 
+def begin(work: Callable[[], Answer]) -> Callable[[], Answer]:
+    """Start work that is needed later beside the calling thread; returns a function for its result.
+
+    If no thread has begun it when the result is asked for, or there is one core, it is done then.
+    """
+    if cores() < 2:
+        return cache(work)
+    begun = pool().submit(work)
+
+    @cache
+    def result() -> Answer:
+        return work() if begun.cancel() else begun.result()
+
+    return result
+
+
 @cache
 def pool() -> ThreadPoolExecutor:
     """Threads beside the calling one; kept, because their start takes as long as small work."""

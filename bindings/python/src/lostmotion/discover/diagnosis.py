@@ -223,7 +223,9 @@ def add_found(selection: Selection, effects: Mapping[str, Effect], ratio: float)
     """Add the effects of a selection to its initial model, as `fit` does."""
     base = selection.began_with
     found = [term.effect for term in selection.settled[-1].base.terms[len(base.terms) :]]
-    return fit_stepwise(base, found, effects, ratio, selection.first)
+    begun = selection.begun.get(tuple(effect.name for effect in found))
+    models = begun() if begun else ()
+    return fit_stepwise(base, found, effects, ratio, selection.first, models=models)
 
 
 def beside_what_was_found(

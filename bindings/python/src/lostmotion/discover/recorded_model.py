@@ -36,12 +36,14 @@ from lostmotion.discover.growing_model import Contender, GrowingModel, Lead
 from lostmotion.discover.linearise import Settled, noise_rms, plain_rms, settle
 from lostmotion.discover.refits import refit, refitted, sharpen, without_deviations
 from lostmotion.discover.selection import select
+from lostmotion.discover.stepwise_fit import fit_models
 from lostmotion.discover.terms import beyond_form, term_passes, term_size
 from lostmotion.effects.effect import Effect
 from lostmotion.evidence.contest import Result
 from lostmotion.evidence.noise import Noise
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.held_out import held_out_rms
+from lostmotion.threads import begin
 
 
 @dataclass
@@ -60,6 +62,9 @@ class Selection:
         Fitted to all runs together, before deviations.
     first : Settled
         First estimate of the noise for it, and the deviations of the runs for that noise.
+    begun : dict
+        Fits to all runs together that were begun, by the names of the effects that are added to
+        `began_with`: results are models, see `StepwiseFit`.
     """
 
     steps: list[Step]
@@ -68,6 +73,7 @@ class Selection:
     given_arcsec: float
     began_with: BaselineModel
     first: Settled
+    begun: dict[tuple[str, ...], Callable[[], list[BaselineModel]]]
 
 
 def select_recorded(
@@ -83,7 +89,7 @@ def select_recorded(
     model = RecordedModel(base, effects, ratio)
     steps = select(model, say)
     given = max(model.given.values(), default=0.0)
-    return Selection(steps, model.settled, model.noise, given, base, model.first)
+    return Selection(steps, model.settled, model.noise, given, base, model.first, model.begun)
 
 
 class RecordedModel(GrowingModel):
@@ -120,6 +126,7 @@ class RecordedModel(GrowingModel):
         self.settled = [self.first]
         self.rounds = 0
         self.counts: dict[str, int] = {}
+        self.begun: dict[tuple[str, ...], Callable[[], list[BaselineModel]]] = {}
         self.tried: dict[tuple[int, str], tuple[RecordedRound, Contender | None]] = {}
         self.falls: dict[int, tuple[Settled, float]] = {}
         self.formless: RecordedRound | None = None
@@ -270,6 +277,21 @@ class RecordedModel(GrowingModel):
         assert contender.settled is not None
         self.counts[contender.name] = corrected_for(current, contender.candidate)
         self.settled.append(without_idle(contender.settled, self.given_terms, self.counts))
+        self.begin_fits([term.effect for term in self.now.base.terms[self.given_terms :]])
+
+    def begin_fits(self, found: Sequence[Effect]) -> None:
+        """Begin to fit the present effects to all runs together, while the next are looked for."""
+        names = tuple(effect.name for effect in found)
+        if names in self.begun:
+            return
+        before = self.begun.get(names[:-1])
+
+        def models() -> list[BaselineModel]:
+            known = before() if before else ()
+            base, first = self.began_with, self.first
+            return fit_models(base, first, found, self.ratio, known)
+
+        self.begun[names] = begin(models)
 
     def substitutes(
         self, current: ContestRound, selected: Contender, rivals: Sequence[Result]

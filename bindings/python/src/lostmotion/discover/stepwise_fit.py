@@ -8,7 +8,7 @@ and the run-to-run scatter.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -28,6 +28,7 @@ from lostmotion.evidence.noise import Noise
 from lostmotion.fit.baseline import FILED, BaselineModel
 from lostmotion.fit.parameters import placed
 from lostmotion.fit.terms import Term, start_values
+from lostmotion.threads import begin
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -88,13 +89,17 @@ class StepwiseFit:
     first: Settled
     effects: Mapping[str, Effect]
     ratio: float
+    measured: Callable[[], Settled] = field(init=False, repr=False)
+    """Result of `measure_noise` for the last model, begun with this object."""
+
+    def __post_init__(self) -> None:
+        if len(self.models) > 1:
+            self.measured = begin(lambda: measure_noise(self.models[-1], self.effects, self.ratio))
 
     @cached_property
     def settled(self) -> Settled:
         """The last model at the deviations of its runs, with its own noise estimate."""
-        if len(self.models) == 1:
-            return self.first
-        return measure_noise(self.model, self.effects, self.ratio)
+        return self.first if len(self.models) == 1 else self.measured()
 
     @property
     def model(self) -> BaselineModel:
@@ -124,6 +129,7 @@ def fit_stepwise(
     ratio: float,
     known: Settled | None = None,
     progress: Callable[[int], None] = lambda _: None,
+    models: Sequence[BaselineModel] = (),
 ) -> StepwiseFit:
     """Add effects to a fitted baseline model, in order.
 
@@ -140,13 +146,28 @@ def fit_stepwise(
         Result of `measure_noise` for the baseline model, if available.
     progress : callable, optional
         Called with the number of each effect before it is fitted.
+    models : sequence of BaselineModel, optional
+        The baseline model and those after the first effects, if they are fitted already.
     """
     first = known or measure_noise(base, effects, ratio)
-    models = [base]
-    for number, effect in enumerate(add):
+    fitted = fit_models(base, first, add, ratio, models, progress)
+    return StepwiseFit(fitted, first, effects, ratio)
+
+
+def fit_models(
+    base: BaselineModel,
+    first: Settled,
+    add: Sequence[Effect],
+    ratio: float,
+    known: Sequence[BaselineModel] = (),
+    progress: Callable[[int], None] = lambda _: None,
+) -> list[BaselineModel]:
+    """The baseline model and that after each effect, of which the first may be `known`."""
+    models = list(known) or [base]
+    for number in range(len(models) - 1, len(add)):
         progress(number)
-        models.append(with_effect(models[-1], first, effect, ratio))
-    return StepwiseFit(models, first, effects, ratio)
+        models.append(with_effect(models[-1], first, add[number], ratio))
+    return models
 
 
 def with_effect(base: BaselineModel, first: Settled, effect: Effect, ratio: float) -> BaselineModel:

@@ -11,7 +11,7 @@ with half widths times (1 + f_run) (`hysteresis`); a, f and g are the deviations
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 
@@ -267,9 +267,9 @@ class BaselineModel:
         )
         return x, low, high
 
-    def set_vector(self, x: FloatArray) -> None:
-        """Set the free parameters."""
-        for block, places in placed(self.blocks()):
+    def set_vector(self, x: FloatArray, blocks: Sequence[Block] | None = None) -> None:
+        """Set the free parameters; `blocks` may be those of other values of this model."""
+        for block, places in placed(self.blocks() if blocks is None else blocks):
             block.put(x[places].copy())
         self.hysteresis.limit_shares()
         if self.rises:
@@ -305,12 +305,13 @@ class BaselineModel:
         """
         c = self.conditions
         sticking = Sticking(self.filed_places(), self.hysteresis.knee_Nm, self.rises)
+        blocks = self.blocks()  # only values and derivatives change, and these are made at a point
 
         def evaluate(free: FloatArray) -> tuple[FloatArray, Callable[[], FloatArray]]:
             x = sticking.vector(free)
-            self.set_vector(x)
+            self.set_vector(x, blocks)
             point = self.at()
-            known, known_rows = prior_rows(self.blocks(), x, noise)
+            known, known_rows = prior_rows(blocks, x, noise)
             residual = point.angle - self.measured
             residual = c.centred(residual) if rows is None else c.centred_on(rows, residual)
 
