@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from small_campaigns import RATED_NM, RATIO, answer_of, campaign, gap
 
+from lostmotion import threads
 from lostmotion.discover import diagnose, library
 from lostmotion.discover.choice import best_of, choose, of_use, simplest
 from lostmotion.discover.growing_model import Lead
@@ -23,7 +24,7 @@ from lostmotion.discover.terms import term_size
 from lostmotion.effects.conditions import Conditions
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.terms import Term
-from lostmotion.threads import in_parallel
+from lostmotion.threads import begin, in_parallel
 
 
 @pytest.fixture(scope="module")
@@ -87,6 +88,18 @@ def test_work_in_parallel_may_have_parts_that_are_done_in_parallel():
         return 1 + sum(in_parallel(depth, [levels - 1] * 3)) if levels else 1
 
     assert depth(4) == 121
+
+
+@pytest.mark.parametrize("cores", [1, 2])
+def test_work_that_was_begun_is_done_once_and_its_error_is_that_of_the_work(monkeypatch, cores):
+    monkeypatch.setattr(threads, "cores", lambda: cores)
+    done = []
+    results = [begin(lambda number=number: done.append(number) or number) for number in range(6)]
+    assert [result() for result in (*results, *results)] == [*range(6), *range(6)]
+    assert sorted(done) == list(range(6))
+    wrong = begin(lambda: 1 // 0)
+    with pytest.raises(ZeroDivisionError):
+        wrong()
 
 
 def test_every_library_of_linear_algebra_is_limited_whenever_it_is_loaded():

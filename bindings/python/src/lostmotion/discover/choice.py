@@ -97,13 +97,16 @@ def choose_among(
         large = [
             result
             for result in results
-            if (result.name in names and of_form(current, result.name) is first)
-            or (result.name in names and law and imitates_law(current, result.name))
-            or (
-                result in apart
-                and not first
-                and result.name not in rejected
-                and large_enough(current, result, current.size_of(result), least)
+            if may_be_rival(current, result, selected)
+            and (
+                (result.name in names and of_form(current, result.name) is first)
+                or (result.name in names and law and imitates_law(current, result.name))
+                or (
+                    result in apart
+                    and not first
+                    and result.name not in rejected
+                    and large_enough(current, result, current.size_of(result), least)
+                )
             )
         ]
         alike = rivals(current, large, contenders, selected)
@@ -290,6 +293,12 @@ def effect_or_shape(
     return shape
 
 
+def may_be_rival(current: ContestRound, result: Result, selected: Contender) -> bool:
+    """Whether a result is that of another named effect with a gain that counts."""
+    named = current.candidates[result.name].named
+    return named and result.name != selected.name and result.gain >= rules.GAIN_LEAST
+
+
 def rivals(
     current: ContestRound,
     results: Sequence[Result],
@@ -301,9 +310,7 @@ def rivals(
     out = []
     for result in results:
         name = result.name
-        if name == selected.name or not current.candidates[name].named:
-            continue
-        if result.gain < rules.GAIN_LEAST:
+        if not may_be_rival(current, result, selected):
             continue
         if name in own:
             gain, by_run = own[name].gain, own[name].gain_by_run

@@ -21,10 +21,8 @@ def log_density(reduced: Reduced, ridge: FloatArray) -> FloatArray:
     """
     own = reduced.matrix
     total = own.sum(axis=0)
-    rest = total - own
     whole = total[:-1, :-1] + np.diag(ridge)
-    others = rest[:, :-1, :-1] + np.diag(ridge)
-    delta, log_det = solved_apart(others, rest[:, :-1, -1])
+    delta, log_det = solved_without(own, total, ridge)
     slope = own[:, :-1, -1] - (own[:, :-1, :-1] @ delta[:, :, None])[:, :, 0]
     error = own[:, -1, -1] - np.sum(delta * (own[:, :-1, -1] + slope), axis=1)
     taken = np.sum(slope * np.linalg.solve(whole, slope.T).T, axis=1)
@@ -32,19 +30,28 @@ def log_density(reduced: Reduced, ridge: FloatArray) -> FloatArray:
     return np.asarray(-0.5 * (error - taken + reduced.log_det + spread))
 
 
-def solved_apart(normal: FloatArray, right: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Solve positive definite normal equations of every run, and their log determinants.
+def solved_without(
+    own: FloatArray, total: FloatArray, ridge: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Solve the normal equations of all runs but one, for each run, and their log determinants.
 
-    One Cholesky factorization gives both. A matrix that is indefinite by
-    rounding is factored with pivots.
+    One Cholesky factorization gives both. A matrix that is indefinite by rounding is factored with
+    pivots. One run at a time: the matrices of all runs do not fit into the processor's cache.
 
     Parameters
     ----------
-    normal : ndarray, (runs, n, n)
-    right : ndarray, (runs, n)
+    own : ndarray, (runs, n + 1, n + 1)
+        Normal matrix of every run, the right side last.
+    total : ndarray, (n + 1, n + 1)
+        Their sum.
+    ridge : ndarray, (n,)
+        Added to the diagonal.
     """
-    solved, log_det = np.empty_like(right), np.empty(right.shape[0])
-    for run, (matrix, side) in enumerate(zip(normal, right, strict=True)):
+    solved, log_det = np.empty((own.shape[0], ridge.size)), np.empty(own.shape[0])
+    diagonal = np.diag(ridge)
+    for run, mine in enumerate(own):
+        rest = total[:-1] - mine[:-1]
+        matrix, side = rest[:, :-1] + diagonal, rest[:, -1]
         factor, solved[run], failed = dposv(matrix, side)
         if failed:
             solved[run], log_det[run] = np.linalg.solve(matrix, side), np.linalg.slogdet(matrix)[1]

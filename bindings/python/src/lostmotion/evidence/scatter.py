@@ -131,7 +131,8 @@ def taken_out(
         Of `without_scatter` for them.
     """
     taken = (cross * omega[:, None]).transpose(0, 2, 1) @ solved
-    return Reduced(evidence.gram[:, index[:, None], index] - taken, log_det)
+    matrix = np.subtract(evidence.gram[:, index[:, None], index], taken, out=taken)
+    return Reduced(matrix, log_det)
 
 
 def deviations(
