@@ -174,3 +174,4 @@ def test_noise_that_stays_is_followed_by_its_model() -> None:
             x = lfilter([1.0], [1.0, -colour], rng.normal(size=4000))
             noise = fit_noise(x, np.arange(4000) * 0.05, np.array([0, 4000]), 0)
             assert noise.phi[0].sum() == pytest.approx(colour, abs=0.15)
+            assert noise.phi[0].sum() < rules.PERSISTENCE_MAX

@@ -164,3 +164,11 @@ and clock makes each slightly different.
 Chosen: far above the noise, and below a factor of two. No verdict of the screened campaigns changes
 if every rate of the load is a separate one.
 """
+
+PERSISTENCE_MAX = 0.95
+"""Largest sum of the coefficients: noise that lasts longer is a drift, and counts as something that
+is missing from the model. The fit could also drift, because slow deviations would have no weight.
+
+Chosen: on campaigns of tests/rig. Without it a random walk is taken for noise
+(tests/python/test_discover_statistics.py).
+"""

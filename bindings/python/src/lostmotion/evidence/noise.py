@@ -165,6 +165,11 @@ def autoregression(covariance: FloatArray, rows: int) -> tuple[FloatArray, float
             best = (score, phi, variance)
     assert best is not None
     _, phi, variance = best
+    if phi.sum() > rules.PERSISTENCE_MAX:
+        phi = phi * (rules.PERSISTENCE_MAX / phi.sum())
+        reach = np.concatenate(([1.0], -phi))
+        lags = np.abs(np.subtract.outer(np.arange(reach.size), np.arange(reach.size)))
+        variance = float(reach @ covariance[lags] @ reach)
     return phi, variance
 
 
