@@ -258,7 +258,7 @@ static lm_real bracket_floor(const flank_point *low, const flank_point *high, lm
 #else
 #define GAIN_RAD LM_REAL(1e-19)
 #endif
-#define BRACKET_STEPS 8
+#define BRACKET_STEPS 16
 
 static flank_point bracketed_minimum(const flank_pair *pair, const flank_point *low,
                                      const flank_point *high) {
