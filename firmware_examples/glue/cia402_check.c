@@ -479,12 +479,11 @@ static int check_begin(cell *c, float *wish_rad) {
   int k;
   cycles(c, STAND_CYCLES, LOAD_NM, wish_rad, 0, 0);
   c->drive.mode = 0; /* never read from the drive */
-  cycles(c, (int)(1.1f * LM_DRIVE_ENABLING_S / PERIOD_S), LOAD_NM, wish_rad, 0, 1);
-  c->drive.mode = CIA402_CSP;
-  cycles(c, STAND_CYCLES, LOAD_NM, wish_rad, 0, 1);
-  if (c->drive.status == CIA402_OPERATION_ENABLED || c->cia.drive.armed) {
+  cycles(c, 2 * STAND_CYCLES, LOAD_NM, wish_rad, 0, 1);
+  if (c->drive.status == CIA402_OPERATION_ENABLED) {
     return 43;
   }
+  c->drive.mode = CIA402_CSP;
   cycles(c, 1, LOAD_NM, wish_rad, 0, 0);
   for (k = 0; k < 3 * STAND_CYCLES; ++k) {
     const int begun = is_closed(c);
