@@ -38,9 +38,7 @@ def clean_outliers(base: BaselineModel) -> int:
             five = x[:5] if i >= 0 else x[-5:]
             off[i] = x[i] - np.median(np.delete(five, i))
         scale = 1.4826 * float(np.median(np.abs(off))) + 1e-12
-        found[at] = (np.abs(off) > rules.SUDDEN_LEAST * scale) & ~jumping(
-            base.conditions.torque[at]
-        )
+        found[at] = (np.abs(off) > rules.OUTLIER * scale) & ~jumping(base.conditions.torque[at])
     # Many adjacent ones are not outliers but a feature of the signal.
     crowd = np.convolve(found, np.ones(7))[3:-3]
     found &= crowd <= 3
