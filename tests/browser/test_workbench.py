@@ -771,7 +771,7 @@ def test_columns_with_other_names_are_mapped_in_the_table(
     def fits_and_keeps_the_guidelines() -> None:
         for width in WIDTHS:
             view.size(width)
-            keeps_the_guidelines(view, str(width))
+            keeps_the_guidelines(view, str(width), SCHEMES[width])
             assert not view.driver.execute_script(CUT), width
         view.size(WIDTHS[0])
 
