@@ -84,8 +84,8 @@ screened campaigns changes between two and three shapes.
 WORSE = 1.2
 """A step that increases the unwhitened residual by more than this is rejected.
 
-Chosen: on tests/python/test_form_error.py, where the noise floor is 1.22 arcsec without it, and the
-noise 1.06.
+Chosen: on tests/python/test_form_error.py, where the estimated noise is 1.22 arcsec without it, and
+the true one 1.06.
 """
 
 # Verdict: what is stated about the answer.
