@@ -247,6 +247,7 @@ step "Damaged inputs" "$venv/bin/python" tests/fuzz/damaged_inputs.py --cases 20
 step "Faults: killed, out of disk, unwritable" \
   "$venv/bin/python" tests/faults/faults.py --kills 5 --others 1 --commands export merge design
 step "Logs: every dress and fault through four commands" logs
+step "Logs: 1000 faults in the formats of programs" logs --combined 1000
 step "Logs: hostile files within 2 GiB and 10 s" logs --hostile
 step "Logs: 5000 of two encoders, as they are and wrapped" logs --two-encoders 5000
 step_with "${clang:-}" "Warnings of the compilers of Windows and macOS (clang, mingw-w64, ziglang)" \

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
+from .combined import combined_table
 from .judge import COMMANDS, Verdict
 from .table import names, verdict
 from .two_encoders_judge import two_encoders_table
@@ -23,6 +24,8 @@ def main() -> int:
     parser.add_argument("--wrong", action="store_true", help="print what is wrong only")
     parser.add_argument("--hostile", action="store_true", help="hostile files instead")
     parser.add_argument("--two-encoders", type=int, metavar="N", help="N generated logs instead")
+    parser.add_argument("--combined", type=int, metavar="N", help="N faults in formats instead")
+    parser.add_argument("--seed", type=int, default=1, help="of --combined")
     parser.add_argument("--alone", action="store_true", help="each command in a process of its own")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
     parser.add_argument(
@@ -38,6 +41,8 @@ def main() -> int:
         return hostile_table(arguments.words)
     if arguments.two_encoders:
         return two_encoders_table(arguments.two_encoders)
+    if arguments.combined:
+        return combined_table(arguments.combined, arguments.seed)
     listed = arguments.resume.read_text() if arguments.resume and arguments.resume.exists() else ""
     wanted = [name for name in wanted if f" {name:78} " not in listed]
     count = wrong = 0

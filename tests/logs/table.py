@@ -38,6 +38,11 @@ def faults() -> list[str]:
     return list(_faults())
 
 
+def fault(name: str) -> Fault:
+    """A fault by its name."""
+    return _faults()[name]
+
+
 def names() -> list[str]:
     """Names of all logs."""
     return dresses() + faults()

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from .clean import HIDDEN, clean
+from .combined import combined
 from .dress import DRESSES, SAME
 from .events import AT_S, RUN, Event, all_events
 from .judge import COMMANDS, Verdict, right_answer, run
@@ -44,6 +45,23 @@ def test_every_dress_has_the_clean_copys_answer() -> None:
         for i, name in enumerate(dresses())
     ]
     assert not (wrong := print_table(lines)), "\n" + wrong
+
+
+@pytest.mark.parametrize(
+    ("dress", "damage"),
+    [
+        ("rows in no order, as a database returns them", "time_s: a digit that is a letter"),
+        ("rows sorted by the torque", "time_s: full scale for 12 samples"),
+        (
+            "a file of the motor's encoder and one of the output's",
+            "time_s: ten times too much",
+        ),
+    ],
+)
+def test_rows_sorted_by_time_show_their_wild_stamps(dress: str, damage: str) -> None:
+    line = combined(dress, damage)
+    assert line is not None
+    assert not line.wrong, line.line()
 
 
 def test_every_eighth_fault_is_found_and_changes_no_answer() -> None:

@@ -96,6 +96,19 @@ def bursts(
     return wild
 
 
+def wild_clock(time_s: FloatArray) -> BoolArray:
+    """Mark time stamps that decrease for a burst, which is neither a gap nor jitter."""
+    step = np.diff(time_s)
+    wild = np.zeros(time_s.size, dtype=bool)
+    if step.size < 2 or np.all(step >= 0):
+        return wild
+    wild |= bursts(time_s)
+    usual = float(np.median(np.abs(step)))
+    wild[0] |= step[0] < -TIMES_BESIDE * usual
+    wild[-1] |= step[-1] < -TIMES_BESIDE * usual
+    return wild
+
+
 def bursts_once(x: FloatArray, noise: FloatArray, absolute: bool) -> BoolArray:
     """Mark the bursts of a channel, shorter ones first."""
     marked = np.zeros(x.size, dtype=bool)

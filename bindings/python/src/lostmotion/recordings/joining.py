@@ -7,6 +7,7 @@ resampled at these times. Times are integer nanoseconds; only differences become
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from pathlib import Path
 from typing import Literal
 
@@ -15,6 +16,7 @@ import numpy.typing as npt
 
 from lostmotion.errors import InputError
 from lostmotion.recordings.bags import HEADER_STAMP, RECEIVE_TIME, Channel
+from lostmotion.recordings.bursts import wild_clock
 from lostmotion.recordings.clocks import NS
 from lostmotion.recordings.findings import Finding
 from lostmotion.recordings.soundness import GAP_FACTOR
@@ -165,6 +167,20 @@ def join_rows(
         if gap_s > 0 or paused:
             gaps[name] = gap_s, paused
     return joined, gaps
+
+
+def stamps_aside(columns: Mapping[str, FloatArray], leading: AbstractSet[str]) -> FloatArray:
+    """Remove wild time stamps of columns with numbers in different rows, and return them in s.
+
+    In the order in which each column was written: sorted by time, its rows no longer show them.
+    """
+    wild = np.zeros(columns["time"].size, dtype=bool)
+    for name in leading & columns.keys():
+        rows = np.flatnonzero(np.isfinite(columns[name]) & np.isfinite(columns["time"]))
+        wild[rows[wild_clock(columns["time"][rows])]] = True
+    seconds = columns["time"][wild]
+    columns["time"][wild] = np.nan
+    return seconds
 
 
 def common_time(

@@ -45,7 +45,7 @@ from lostmotion.recordings.encoders import bring_together
 from lostmotion.recordings.findings import UNUSED, Finding
 from lostmotion.recordings.from_arrow import integers_of, mask_of
 from lostmotion.recordings.in_memory import MemoryTable, has_columns
-from lostmotion.recordings.joining import Join, join_channels, join_rows
+from lostmotion.recordings.joining import Join, join_channels, join_rows, stamps_aside
 from lostmotion.recordings.long_form import in_columns
 from lostmotion.recordings.opening import open_table
 from lostmotion.recordings.protocol import FREE, Protocol
@@ -54,7 +54,7 @@ from lostmotion.recordings.runs_agree import check_runs_agree
 from lostmotion.recordings.soundness import GAP_FACTOR, check_ratio, check_sign, sound_run
 from lostmotion.recordings.stacked import StackedTable, have_the_same_units
 from lostmotion.recordings.tables import Header, Table
-from lostmotion.recordings.wild import set_wild_aside
+from lostmotion.recordings.wild import LEFT_OUT, set_wild_aside
 from lostmotion.threads import one_thread
 
 LOG = logging.getLogger(__name__)
@@ -334,7 +334,8 @@ def read_runs(
         codes, labels = run_codes(name, column, read.run, read.place, findings)
     else:
         codes, labels = runs_of_blocks(name, only, read, findings)
-    if in_no_order(codes) and all(isinstance(label, int) for label in labels):
+    scrambled = in_no_order(codes)
+    if scrambled and all(isinstance(label, int) for label in labels):
         # The first appearance means nothing; the numbers state the order.
         order = sorted(range(len(labels)), key=lambda code: labels[code])
         labels, codes = [labels[code] for code in order], np.argsort(order)[codes]
@@ -357,12 +358,18 @@ def read_runs(
                 Finding("split_run", name, "run", label, pieces, "pieces joined in file order")
             )
         columns = {quantity: values[index] for quantity, values in numbers.items()}
+        if apart and (wild := stamps_aside(columns, LEADING)).size:
+            findings.append(
+                Finding("wild", name, "time_s", label, wild.size, LEFT_OUT, tuple(wild.tolist()))
+            )
         joined = join_rows(columns, LEADING, join) if apart else None
         if joined is not None:
             columns, of_run = joined
             for quantity, (gap_s, paused) in of_run.items():
                 gaps.setdefault(quantity, []).append((gap_s, paused, columns["time"].size))
-        run = sound_run(name, label, columns, ratio, findings, counters)
+        run = sound_run(
+            name, label, columns, ratio, findings, counters, scrambled=scrambled and not apart
+        )
         if run is not None:
             run.sources = dict(chosen)
             run.begins = label in again

@@ -73,7 +73,7 @@ SCRAMBLED = (10, 0.05)
 """Least number of backward steps, and least share of all steps, of a run in no order of time: a
 clock that is set or begins anew goes back once. Chosen."""
 
-SORTED_ACTION = "rows in another order than their times, whose steps are regular: sorted by time"
+SORTED_ACTION = "rows in another order than their times: sorted by time"
 
 STEP_LEAST_S = 1e-9
 """Least usual time step of a recording."""
@@ -95,13 +95,18 @@ def sound_run(
     ratio: float | None,
     findings: list[Finding],
     counters: Mapping[str, Counter] | None = None,
+    *,
+    scrambled: bool = False,
 ) -> Run | None:
-    """Check a run, report faults, and leave out only unusable rows."""
+    """Check a run, report faults, and leave out only unusable rows.
+
+    `scrambled` states that the rows of the file are in no order, as the labels of its runs show.
+    """
 
     def note(kind: str, column: str, count: int, action: str) -> None:
         findings.append(Finding(kind, file, column, label, count, action))
 
-    backward = steps_of_disorder(columns["time"])
+    backward = steps_of_disorder(columns["time"], scrambled)
     if backward:
         order = np.argsort(columns["time"], kind="stable")
         columns = {quantity: values[order] for quantity, values in columns.items()}
@@ -172,16 +177,19 @@ def sound_run(
     return Run(label, file, columns, log=log)
 
 
-def steps_of_disorder(time_s: FloatArray) -> int:
+def steps_of_disorder(time_s: FloatArray, scrambled: bool) -> int:
     """Count the backward steps of a run whose rows are in another order than their times.
 
-    As a database returns rows without an order, or a table sorted by another column. The times
-    themselves show it: sorted, they are those of a regular clock, and none occurs twice.
+    As a database returns rows without an order, or a table sorted by another column. The file shows
+    it, or the times themselves: sorted, they are those of a regular clock, and none occurs twice.
     """
+    time_s = time_s[np.isfinite(time_s)]
     step = np.diff(time_s)
     count, (least, share) = int(np.count_nonzero(step < 0)), SCRAMBLED
     if count < max(least, share * step.size) or np.all(step < 0):
         return 0
+    if scrambled:
+        return count
     forward = np.diff(np.sort(time_s))
     usual = float(np.median(forward))
     irregular = np.count_nonzero(np.abs(forward - usual) > REGULAR[1] * usual)

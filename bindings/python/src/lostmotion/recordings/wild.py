@@ -33,6 +33,7 @@ from lostmotion.recordings.bursts import (
     repeated_marker,
     resolution,
     scatter,
+    wild_clock,
 )
 from lostmotion.recordings.campaign import Campaign, Run
 from lostmotion.recordings.columns import counters_of
@@ -457,16 +458,3 @@ def dead_section(values: FloatArray, least: float) -> BoolArray:
         if dead and sum(constant) == 1 and length >= FROZEN_LEAST:
             marked[part] = step[at - 1] > max(TIMES_BESIDE * rest, DEAD_STEPS * least)
     return marked
-
-
-def wild_clock(time_s: FloatArray) -> BoolArray:
-    """Mark time stamps that decrease for a burst, which is neither a gap nor jitter."""
-    step = np.diff(time_s)
-    wild = np.zeros(time_s.size, dtype=bool)
-    if step.size < 2 or np.all(step >= 0):
-        return wild
-    wild |= bursts(time_s)
-    usual = float(np.median(np.abs(step)))
-    wild[0] |= step[0] < -TIMES_BESIDE * usual
-    wild[-1] |= step[-1] < -TIMES_BESIDE * usual
-    return wild
