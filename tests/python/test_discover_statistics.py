@@ -13,7 +13,6 @@ from lostmotion.evidence.contest import Contest
 from lostmotion.evidence.gram import gather
 from lostmotion.evidence.noise import Noise, autoregression, fit_noise, rate_groups, variance_of
 from lostmotion.evidence.scatter import LOG_OMEGA, RestrictedLikelihood, without_scatter
-from lostmotion.fit.least_squares import solve_within
 
 RUNS, ROWS = 14, 120
 
@@ -142,20 +141,6 @@ def test_the_first_step_of_a_descent_to_the_bounds_ends_no_contest():
     found = Contest(evidence).null_omega
     scatter = np.sqrt(found.sum()) / evidence.scale[evidence.scatter[0]]
     assert scatter == pytest.approx(1.0, rel=0.6)
-
-
-@pytest.mark.parametrize("size", [0.0, 1e-17])
-def test_a_column_of_rounding_holds_no_other_value(size):
-    # As that of the initial state of an operator whose share is zero except for rounding.
-    x, starts, _ = ramps(RUNS, ROWS)
-    fixed = np.column_stack((x, size * np.cos(x)))
-    y = 3.0 * x + 0.1 * np.random.default_rng(3).normal(size=x.size)
-    e = gather(fixed, np.array([0.0, 1.0]), fixed[:, :1], [], y, white(RUNS), starts)
-    index, unbound = e.index(), np.full(2, np.inf)
-    total = e.total[np.ix_(index, index)]
-    normal = total[:-1, :-1] + np.diag(e.ridge(index))
-    step = solve_within(normal, total[:-1, -1], -unbound, unbound) / e.scale[e.fixed]
-    assert step == pytest.approx([3.0, 0.0], abs=0.02)
 
 
 def test_columns_of_any_scale_and_dependence_end_no_contest():

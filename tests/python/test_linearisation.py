@@ -13,13 +13,14 @@ import pytest
 from lostmotion.candidates.candidate import Candidate
 from lostmotion.discover.choice import as_kept
 from lostmotion.discover.growing_model import Contender
-from lostmotion.discover.linearise import Misfit, objective_at, settle
+from lostmotion.discover.linearise import bounded_step, contest_at, settle
 from lostmotion.discover.recorded_model import RecordedModel
 from lostmotion.drives import read_drive
 from lostmotion.effects.conditions import Conditions
-from lostmotion.evidence.contest import Contest, Result
+from lostmotion.evidence.contest import Result
 from lostmotion.evidence.noise import Noise
 from lostmotion.fit.baseline import BaselineModel
+from lostmotion.fit.least_squares import moved_within
 from lostmotion.recordings import read_campaign
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
@@ -89,19 +90,32 @@ def test_a_model_keeps_less_than_its_linearisation_far_from_its_optimum(fitted, 
     assert RecordedModel.not_kept(at_near, one) == 0.0
 
 
-def test_points_are_compared_in_one_unit_whatever_the_scale_of_their_columns(near):
-    base, e = near.base, near.contest.evidence
-    factor = np.ones(e.scale.size)
-    factor[e.fixed] = 2.0 ** (np.arange(e.fixed.size) % 7)
-    other = replace(
-        e,
-        gram=e.gram * np.outer(factor, factor),
-        scale=e.scale / factor,
-        precision=e.precision * factor[e.fixed] ** 2,
-    )
-    misfit, residual = Misfit(base, near.noise), base.residual()
-    one, two = (
-        objective_at(misfit, base, residual, contest)
-        for contest in (near.contest, Contest(other, near.contest.null_omega))
-    )
-    assert two == pytest.approx(one, abs=1e-3)
+@pytest.mark.parametrize("share", [1e-17, 1e-9, 1e-6])
+def test_an_operator_of_almost_no_share_holds_no_other_value(fitted, share):
+    # Its start states change almost nothing, and their prior is scaled with their columns.
+    base, noise = fitted
+    steps = []
+    for value in (0.0, share):
+        model = base.copy()
+        model.hysteresis.shares = model.hysteresis.shares.copy()
+        model.hysteresis.shares[0] = value
+        contest = contest_at(model, noise)
+        step, _ = bounded_step(model, contest)
+        steps.append(
+            (step / contest.evidence.scale[contest.evidence.fixed])[: base.curve.slopes.size]
+        )
+    assert np.abs(steps[0]).max() > 0.0
+    assert steps[1] == pytest.approx(steps[0], rel=1e-2, abs=1e-2 * np.abs(steps[0]).max())
+
+
+def test_a_value_that_reaches_its_bound_in_a_step_is_at_the_bound():
+    for seed in range(200):
+        random = np.random.default_rng(seed)
+        low, x, high = np.sort(random.normal(size=(3, 8)), axis=0) * 10.0 ** random.integers(-9, 9)
+        scale, far = np.exp(random.normal(size=8)), random.random(8) < 0.5
+        step = (np.where(far, high, low) - x) * scale / scale
+        np.testing.assert_array_equal(moved_within(x, step, low, high), np.where(far, high, low))
+        inside = moved_within(x, 0.5 * step, low, high)
+        assert np.all((inside > low) & (inside < high))
+        free = np.full(8, np.inf)
+        np.testing.assert_array_equal(moved_within(x, step, -free, free), x + step)

@@ -144,6 +144,20 @@ def model_before(diagnosis) -> RecordedModel:
     return model
 
 
+def test_a_shape_of_larger_gain_by_tangents_hides_no_effect(warm_gap):
+    """Only refits decide between a shape and an effect of inexact form."""
+    first = warm_gap.selection.steps[0]
+    one, other = (
+        next(r for r in first.results if first.round.candidates[r.name].named is named)
+        for named in (False, True)
+    )
+    leads = [
+        Lead(first.round, dataclasses.replace(result, gain=gain), None)
+        for result, gain in ((one, 1e4), (other, 10.0))
+    ]
+    assert [lead.name for lead in strongest(leads)] == [other.name, one.name]
+
+
 def test_a_lead_that_does_not_pass_hides_no_weaker_one(warm_gap, monkeypatch):
     """The candidate with the largest gain by its tangent is refitted first; if it fails, the next
     one is."""

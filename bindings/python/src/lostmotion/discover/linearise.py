@@ -19,7 +19,7 @@ from lostmotion.evidence.noise import Noise
 from lostmotion.evidence.scatter import deviations
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.deviations import DEVIATION_MAX, DEVIATIONS
-from lostmotion.fit.least_squares import solve_within
+from lostmotion.fit.least_squares import moved_within, solve_within
 from lostmotion.fit.point import Point
 from lostmotion.rms import rms_of
 
@@ -158,13 +158,10 @@ def objective_at(
     """Minus the restricted log likelihood of a model at its deviations, nats and a constant.
 
     With the misfit of the model: that of its linearisation is too low far from the deviations at
-    which it was linearised, and equal to it at their optimum. In the units of the parameters: each
-    linearisation scales its columns, and one of a share near zero by almost nothing.
+    which it was linearised, and equal to it at their optimum.
     """
     linear = float(linear_misfit(contest).sum())
-    e = contest.evidence
-    units = float(np.log(e.scale[e.fixed]).sum())
-    return contest.null_objective + units - linear + misfit(base, residual, contest)
+    return contest.null_objective - linear + misfit(base, residual, contest)
 
 
 def move(
@@ -266,7 +263,11 @@ def bounded_step(base: BaselineModel, contest: Contest) -> tuple[FloatArray, Flo
     unbound = np.full(evidence.fixed.size - x.size - 1, np.inf)
     least = np.concatenate((np.minimum((low - x) * scale, -STEP_RIDGE), [-widen], -unbound))
     most = np.concatenate((np.maximum((high - x) * scale, STEP_RIDGE), [widen], unbound))
-    delta = solve_within(normal, matrix[:-1, -1], least, most)
+    # In units in which the diagonal is one: the prior of a value that changes almost nothing, such
+    # as a start state of an operator of almost no share, would be larger than all other numbers.
+    unit = 1.0 / np.sqrt(np.diag(normal))
+    normal *= np.outer(unit, unit)
+    delta = unit * solve_within(normal, matrix[:-1, -1] * unit, least / unit, most / unit)
     return delta, deviations(evidence, index, contest.null_omega, delta)
 
 
@@ -292,7 +293,7 @@ def take_step(
     """
     x, low, high = base.vector()
     step = delta / scale[: delta.size]
-    base.set_vector(np.clip(x + share * step[: x.size], low, high))
+    base.set_vector(moved_within(x, share * step[: x.size], low, high))
     own = own / scale[delta.size : delta.size + own.shape[1]]
     wider = float(np.clip(step[x.size], -WIDEN_MAX, WIDEN_MAX))
     if base.widens:

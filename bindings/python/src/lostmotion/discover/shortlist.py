@@ -41,15 +41,22 @@ def find_leads(contest_round: ContestRound, results: list[Result], least: float)
 
 
 def strongest(leads: list[Lead]) -> list[Lead]:
-    """Find the leads with nearly the largest gain, which are tried first."""
-    if not leads:
-        return []
-    near = [lead for lead in leads if lead.result.gain >= rules.RIVAL_SHARE * leads[0].result.gain]
-    effects = [lead for lead in near if lead.candidate.named][: rules.REFITS_MOST]
-    shapes = [lead for lead in near if not lead.candidate.named][: rules.REFITS_MOST]
-    if near[0].candidate.named:
+    """Find the leads with nearly the largest gain among their kind, which are tried first.
+
+    Effects compete with effects, and shapes with shapes: the tangent of an effect of inexact form
+    may explain less than a shape that imitates it, and only the refits decide between the two.
+    """
+    effects = nearly_first([lead for lead in leads if lead.candidate.named])
+    shapes = nearly_first([lead for lead in leads if not lead.candidate.named])
+    if leads and leads[0].candidate.named:
         shapes = shapes[:1]
     return [*effects, *shapes]
+
+
+def nearly_first(leads: list[Lead]) -> list[Lead]:
+    """Of leads of one kind, strongest first, those that are refitted."""
+    near = [lead for lead in leads if lead.result.gain >= rules.RIVAL_SHARE * leads[0].result.gain]
+    return near[: rules.REFITS_MOST]
 
 
 def without(leads: list[Lead], others: list[Lead]) -> list[Lead]:

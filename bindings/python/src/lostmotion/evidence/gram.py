@@ -97,9 +97,6 @@ def gather(
     total = int(offsets[-1])
     rows = response.size
     squares = np.concatenate([np.einsum("ij,ij->j", part, part) for part in parts])
-    # With the prior, so that a column of rounding, as of a share of almost zero, does not become
-    # one of unit size whose prior is larger than all other numbers.
-    squares[: counts[0]] += precision
     scale = np.sqrt(squares / rows)
     scale[(scale == 0) | ~np.isfinite(scale)] = 1.0
     scale[-1] = 1.0

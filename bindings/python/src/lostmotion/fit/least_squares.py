@@ -22,6 +22,9 @@ CHANGES_MOST = 20
 DRAWN = 1e-12
 """Gradient at a bound, relative to the largest, that is rounding and does not free an unknown."""
 
+ROUNDING = 8 * float(np.finfo(np.float64).eps)
+"""Relative rounding of a few multiplications and a sum."""
+
 LEAST_DIAGONAL = 1e-12
 """Least relative diagonal: unknowns that the samples do not determine are kept."""
 
@@ -114,7 +117,7 @@ def bounded_least_squares(
         predicted = -float(move @ (2.0 * gradient + normal @ move))
         if predicted <= tolerance * cost:
             break
-        trial = np.clip(x + move, low, high)
+        trial = moved_within(x, move, low, high)
         residual, derivatives = evaluate(trial)
         used += 1
         found = float(residual @ residual)
@@ -126,6 +129,19 @@ def bounded_least_squares(
         else:
             damping *= 10.0
     return Solution(x, cost, (x <= low) | (x >= high), used)
+
+
+def moved_within(x: FloatArray, step: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    """Move by a step within a box; a value that reaches a bound is exactly there.
+
+    The sum of a value and its distance from a bound differs from the bound by rounding. A share of
+    1e-17 is not zero: what depends on it would be scaled up as if it had been measured.
+    """
+    moved = np.clip(x + step, low, high)
+    rounding = ROUNDING * np.maximum(np.abs(x), np.abs(step))
+    for bound in (low, high):
+        moved = np.where(np.abs(moved - bound) <= rounding, bound, moved)
+    return np.asarray(moved)
 
 
 def normal_equations(
