@@ -46,12 +46,11 @@ def combinations(count: int, seed: int) -> Iterator[Verdict]:
 def combined(dress: str, damage: str, commands: Sequence[str] = QUICK) -> Verdict | None:
     """Write a fault in a format, run the commands on it, and check their answers.
 
-    None if the format cannot contain the fault, such as text in a column of another unit.
+    None if the format cannot contain the fault, such as a torn line, or text in another unit.
     """
-    sheet = sheet_of(fault(damage).text)
     with tempfile.TemporaryDirectory() as folder:
         try:
-            written = DRESSES[dress].write(Path(folder), sheet)
+            written = DRESSES[dress].write(Path(folder), sheet_of(fault(damage).text))
         except (ValueError, OverflowError):
             return None
         line = judge(
