@@ -46,6 +46,18 @@ def test_channels_of_other_times_are_joined_on_request(tmp_path: Path) -> None:
     assert joined.rows == len(sheet) - 1
 
 
+def test_a_channel_without_one_reading_is_filled_and_said(tmp_path: Path) -> None:
+    sheet = clean().by_run()["2"]
+    lines = blocks(sheet).splitlines()
+    (row,) = [i for i, line in enumerate(lines) if "temperature_C" in line][70:71]
+    lines[row] = lines[row].rsplit(",", 1)[0] + ",#N/A"
+    (tmp_path / "long.csv").write_text("\n".join(lines) + "\n")
+    campaign = read_campaign(tmp_path / "long.csv", ratio=RATIO)
+    assert campaign.rows == len(sheet)
+    said = [line for line in say_findings(campaign.findings) if "temperature_C" in line]
+    assert any("nearest to the rows of the slowest" in line for line in said), said
+
+
 def test_files_of_single_channels_are_one_recording(tmp_path: Path) -> None:
     sheet = clean().by_run()["2"]
     files = [tmp_path / f"{name}.csv" for name in channels(sheet)[:3]]

@@ -163,7 +163,7 @@ def join_rows(
         if at.size == 0:
             joined[name] = np.full(rows_ns.size, np.nan)
             continue
-        joined[name], gap_s, paused = read_at(rows_ns, time_ns[at], column[at], how or "nearest")
+        joined[name], gap_s, paused = read_at(rows_ns, time_ns[at], column[at], how or JOINS[0])
         if gap_s > 0 or paused:
             gaps[name] = gap_s, paused
     return joined, gaps

@@ -45,7 +45,7 @@ from lostmotion.recordings.encoders import bring_together
 from lostmotion.recordings.findings import UNUSED, Finding
 from lostmotion.recordings.from_arrow import integers_of, mask_of
 from lostmotion.recordings.in_memory import MemoryTable, has_columns
-from lostmotion.recordings.joining import Join, join_channels, join_rows, stamps_aside
+from lostmotion.recordings.joining import JOINS, Join, join_channels, join_rows, stamps_aside
 from lostmotion.recordings.long_form import in_columns
 from lostmotion.recordings.opening import open_table
 from lostmotion.recordings.protocol import FREE, Protocol
@@ -375,7 +375,8 @@ def read_runs(
             run.begins = label in again
             runs.append(run)
     for quantity, each in gaps.items():
-        action = f"{join} to the rows of the slowest; largest gap {max(each)[0] * 1e3:.4g} ms"
+        largest = f"largest gap {max(each)[0] * 1e3:.4g} ms"
+        action = f"{join or JOINS[0]} to the rows of the slowest; {largest}"
         paused = sum(one[1] for one in each)
         action += f"; no value in {paused} rows where it pauses" * bool(paused)
         count = sum(one[2] for one in each)
