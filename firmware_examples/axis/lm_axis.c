@@ -45,6 +45,7 @@ static void take_parameters(lm_axis *a, const lm_parameters *parameters) {
   a->follow.period_s = parameters->limits.period_s;
   a->follow.stand_s = LM_AXIS_STAND / parameters->limits.response_per_s;
   a->share = FILTER * parameters->limits.response_per_s * a->follow.period_s;
+  a->limit_Nm = parameters->torque_limit_Nm;
   a->step_Nm = parameters->torque_limit_Nm * LM_AXIS_FAST_RAD_S * a->follow.period_s;
   a->creep_Nm_s = parameters->torque_limit_Nm / LM_AXIS_CREEP_S;
   a->rang = 0;
@@ -92,6 +93,8 @@ lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_axis_
   a->fed_Nm = first.torque_Nm;
   a->follow.temperature_C = at->temperature_C;
   a->last = *at;
+  a->command_Nm = a->gravity_Nm;
+  a->sensed_Nm = LM_UNKNOWN;
   a->correction = lm_settle_compensator(&a->compensator, &first);
   take_parameters(a, parameters);
   a->follow.step_rad_s = LM_FOLLOW_STEP_RAD_S;
@@ -105,73 +108,96 @@ lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_axis_
   return LM_OK;
 }
 
+static float approach(float from, float to, float most) {
+  return to - from > most ? from + most : from - to > most ? from - most : to;
+}
+
+/* A finite number may be a wrong one. */
+static float clip(lm_axis *a, float torque_Nm) {
+  const float clipped_Nm = approach(0, torque_Nm, a->limit_Nm);
+  a->clipped = a->clipped || size(torque_Nm) > a->limit_Nm;
+  return clipped_Nm;
+}
+
 /* A jump of the torque of the command that is no change of the load, with the zero or a payload: a
  * measurement has it already, and what it adds compensates the jump. Otherwise the offset does. A
  * planner that shifts after the zero may bring the jump some ticks later. */
-static void absorb_jump(lm_axis *a, float commanded_Nm) {
-  const float jump_Nm = a->torque_Nm - commanded_Nm - a->beyond_Nm - a->off_Nm;
-  if (a->command_jumps == 0) {
-    return;
-  }
+static void absorb_jump(lm_axis *a) {
+  const float jump_Nm = a->torque_Nm - a->command_Nm - a->beyond_Nm - a->off_Nm;
   if (a->source == LM_AXIS_COMMAND) {
     a->off_Nm += jump_Nm;
   } else {
     a->beyond_Nm += jump_Nm;
+    a->believed_Nm = a->beyond_Nm;
   }
   a->command_jumps = size(a->follow.late_rad) >= LM_FOLLOW_NEAR_RAD ? a->command_jumps - 1 : 0;
 }
 
-static float creep(const lm_axis *a, float from_Nm, float to_Nm, float rate_Nm_s) {
-  const float most_Nm = a->follow.period_s * rate_Nm_s;
-  return to_Nm - from_Nm > most_Nm   ? from_Nm + most_Nm
-         : from_Nm - to_Nm > most_Nm ? from_Nm - most_Nm
-                                     : to_Nm;
+/* The torque of the command. Its changes are fed forward, those that the load makes, and no faster
+ * than an axis can turn: one wrong acceleration is no blow. */
+static void take_command(lm_axis *a, float commanded_Nm) {
+  const float before_Nm = a->command_Nm;
+  const int jumps = a->command_jumps > 0;
+  commanded_Nm = clip(a, commanded_Nm);
+  a->command_Nm = jumps || a->state != LM_AXIS_CLOSED
+                      ? commanded_Nm
+                      : approach(before_Nm, commanded_Nm, a->step_Nm);
+  if (jumps) {
+    absorb_jump(a);
+  } else if (a->state == LM_AXIS_CLOSED) {
+    a->fed_Nm += a->command_Nm - before_Nm;
+  }
 }
 
 /* A measured source moves the torque: it begins only while the motor does not follow, and from the
  * torque in use. */
-static void change_source(lm_axis *a, lm_axis_source source, float commanded_Nm) {
+static void change_source(lm_axis *a, lm_axis_source source) {
   if (source == a->source || (source != LM_AXIS_COMMAND && a->state == LM_AXIS_CLOSED)) {
     a->source_waits = source != a->source;
     return;
   }
   a->source = source;
   a->source_waits = 0;
-  a->beyond_Nm = a->torque_Nm - commanded_Nm - a->off_Nm;
-  a->believed_Nm = a->torque_Nm - a->off_Nm;
+  a->beyond_Nm = a->torque_Nm - a->command_Nm - a->off_Nm;
+  a->believed_Nm = a->beyond_Nm;
   forget_standstill(a);
 }
 
 /* A measured source is in use while it is there, or lost for a short time only. */
-static void measure(lm_axis *a, lm_axis_source source, float commanded_Nm, int there) {
+static void measure(lm_axis *a, lm_axis_source source, float sensed_Nm) {
+  const int there = is_known(sensed_Nm);
   a->lost_s = there ? 0 : a->lost_s + a->follow.period_s;
   if (a->lost_s >= a->follow.stand_s) {
-    change_source(a, LM_AXIS_COMMAND, commanded_Nm);
+    change_source(a, LM_AXIS_COMMAND);
   } else if (there) {
-    change_source(a, source, commanded_Nm);
+    change_source(a, source);
   }
   a->source_waits = a->source != source;
+  a->source_lost = a->source_waits;
   a->input_missing = a->input_missing || !there;
+  if (there && a->source == source) {
+    a->sensed_Nm = clip(a, sensed_Nm);
+    a->beyond_Nm += a->share * (a->sensed_Nm - a->command_Nm - a->beyond_Nm);
+  }
 }
 
-/* What becomes known of the load while the drive bears it, its integrator bears already. A drive
- * that has been disabled may still stop with it. On a lost bus it gets nothing. */
+/* What becomes known of the load while the drive bears it, its integrator bears already; and a
+ * measurement that is fed forward closes a loop around the joint: both creep. A drive that has been
+ * disabled may still stop with it. On a lost bus it gets nothing. */
 static void feed(lm_axis *a, float torque_Nm) {
   const float rate_Nm_s =
       a->unfeeds ? a->creep_Nm_s * LM_AXIS_CREEP_S / LM_AXIS_FEED_S : a->creep_Nm_s;
   const float end_Nm = a->unfeeds || a->unfed ? 0 : torque_Nm;
-  a->fed_Nm += a->state == LM_AXIS_CLOSED ? torque_Nm - a->torque_Nm : 0;
-  a->fed_Nm = creep(a, a->fed_Nm, end_Nm, a->lost_ticks ? 0 : rate_Nm_s);
+  a->fed_Nm = approach(a->fed_Nm, end_Nm, a->lost_ticks ? 0 : a->follow.period_s * rate_Nm_s);
 }
 
-static float use(lm_axis *a, float torque_Nm) {
-  a->off_Nm = a->state == LM_AXIS_CLOSED ? creep(a, a->off_Nm, 0, a->creep_Nm_s) : 0;
-  torque_Nm += a->off_Nm;
-  if (is_known(torque_Nm)) {
-    feed(a, torque_Nm);
-    a->torque_Nm = torque_Nm;
-  }
-  return torque_Nm;
+static float use(lm_axis *a, float beyond_Nm) {
+  const float most_Nm =
+      a->state == LM_AXIS_CLOSED ? a->follow.period_s * a->creep_Nm_s : LM_UNKNOWN;
+  a->off_Nm = approach(a->off_Nm, 0, most_Nm);
+  a->torque_Nm = a->command_Nm + beyond_Nm + a->off_Nm;
+  feed(a, a->torque_Nm);
+  return a->torque_Nm;
 }
 
 float lm_axis_gravity(lm_axis *a, float gravity_Nm, int homed) {
@@ -197,22 +223,20 @@ float lm_axis_use_command(lm_axis *a, float commanded_Nm) {
   if (!is_known(commanded_Nm)) {
     return commanded_Nm;
   }
-  absorb_jump(a, commanded_Nm);
-  change_source(a, LM_AXIS_COMMAND, commanded_Nm);
-  return use(a, commanded_Nm + a->beyond_Nm);
+  take_command(a, commanded_Nm);
+  change_source(a, LM_AXIS_COMMAND);
+  a->source_lost = 0;
+  a->sensed_Nm = LM_UNKNOWN;
+  return use(a, a->beyond_Nm);
 }
 
 float lm_axis_use_sensor(lm_axis *a, float commanded_Nm, float sensed_Nm) {
-  const int finite = is_known(sensed_Nm);
   if (!is_known(commanded_Nm)) {
     return commanded_Nm;
   }
-  absorb_jump(a, commanded_Nm);
-  measure(a, LM_AXIS_SENSOR, commanded_Nm, finite);
-  if (finite && a->source == LM_AXIS_SENSOR) {
-    a->beyond_Nm += a->share * (sensed_Nm - commanded_Nm - a->beyond_Nm);
-  }
-  return use(a, commanded_Nm + a->beyond_Nm);
+  take_command(a, commanded_Nm);
+  measure(a, LM_AXIS_SENSOR, sensed_Nm);
+  return use(a, a->beyond_Nm);
 }
 
 float lm_axis_use_current(lm_axis *a, const lm_motor *motor, float commanded_Nm, float current_A,
@@ -221,30 +245,27 @@ float lm_axis_use_current(lm_axis *a, const lm_motor *motor, float commanded_Nm,
       motor->ratio * (acceleration_rad_s2 + a->correction.acceleration_rad_s2);
   const float sensed_Nm = lm_estimate_torque(motor, current_A, motor_rad_s, motor_rad_s2);
   const int bears = follows && a->state >= LM_AXIS_PAUSED;
-  const int finite = is_known(sensed_Nm);
   const lm_axis_source before = a->source;
   if (!is_known(commanded_Nm)) {
     return commanded_Nm;
   }
-  absorb_jump(a, commanded_Nm);
+  take_command(a, commanded_Nm);
   a->borne_s = bears ? a->borne_s + a->follow.period_s : 0;
   if (a->borne_s < a->follow.stand_s) {
-    change_source(a, LM_AXIS_COMMAND, commanded_Nm);
+    change_source(a, LM_AXIS_COMMAND);
     a->source_waits = 1;
+    a->source_lost = 0;
   } else {
-    measure(a, LM_AXIS_CURRENT, commanded_Nm, finite);
+    measure(a, LM_AXIS_CURRENT, sensed_Nm);
   }
   if (a->source_waits) {
-    return use(a, commanded_Nm + a->beyond_Nm);
+    return use(a, a->beyond_Nm);
   }
   if (before != LM_AXIS_CURRENT) {
-    a->bound_Nm = lm_bound_torque(motor, 0);
+    a->bound_Nm = lm_bound_torque(motor, a->torque_Nm, 0);
   }
-  if (finite) {
-    a->beyond_Nm += a->share * (sensed_Nm - commanded_Nm - a->beyond_Nm);
-  }
-  a->bound_Nm += a->share * (lm_bound_torque(motor, motor_rad_s) - a->bound_Nm);
-  return use(a, lm_hold_torque(&a->believed_Nm, commanded_Nm + a->beyond_Nm, a->bound_Nm));
+  a->bound_Nm += a->share * (lm_bound_torque(motor, a->sensed_Nm, motor_rad_s) - a->bound_Nm);
+  return use(a, lm_hold_torque(&a->believed_Nm, a->beyond_Nm, a->bound_Nm));
 }
 
 /* With the motor at rest the correction moves nothing. What looks like ringing then is the load
@@ -305,6 +326,7 @@ static void follow_guide(lm_axis *a, int follows) {
     a->guide.status = a->correction.status;
     a->correction = a->guide;
     a->setpoint_rad = a->guide_rad + added_rad(a);
+    a->moved_rad = a->guide_rad + a->zero_rad - a->command_rad;
     a->command_rad = a->guide_rad + a->zero_rad;
   }
 }
@@ -347,6 +369,8 @@ float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_r
       lm_follow_temperature(&a->follow, at->temperature_C, a->state == LM_AXIS_CLOSED);
   keep_conditions(a, &now);
   a->correction = lm_step_compensator(&a->compensator, &now);
+  a->correction.status |= a->clipped ? LM_STATE_TORQUE_CLIPPED : 0;
+  a->clipped = 0;
   a->lost_ticks = is_there(motor_over_ratio_rad) ? 0 : a->lost_ticks + 1;
   if (a->state == LM_AXIS_CLOSED && !(follows && a->lost_ticks <= LM_FOLLOW_LOST_TICKS &&
                                       lm_follow_wish(&a->follow, &a->command_rad, wish_rad))) {
@@ -389,16 +413,14 @@ float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_r
   return a->setpoint_rad;
 }
 
-float lm_axis_rate(const lm_axis *a, float planned_rad_s) {
-  if (a->state != LM_AXIS_CLOSED && !a->guides) {
-    return 0;
-  }
-  return a->correction.velocity_rad_s +
-         (is_known(planned_rad_s) ? planned_rad_s : a->moved_rad / a->follow.period_s);
+float lm_axis_rate(const lm_axis *a) {
+  return a->state == LM_AXIS_CLOSED || a->guides
+             ? a->correction.velocity_rad_s + a->moved_rad / a->follow.period_s
+             : 0;
 }
 
 float lm_axis_feed(const lm_axis *a) {
-  return -a->fed_Nm;
+  return -approach(0, a->fed_Nm, a->limit_Nm);
 }
 
 int lm_axis_guide(lm_axis *a, float command_rad, const lm_correction *correction) {

@@ -31,11 +31,13 @@
  * error of some arcsec. */
 #define LM_AXIS_FEED_S 50.0f
 
-/* The same for a torque in use, in LM_AXIS_CLOSED, and a feed-forward that differ from their new
- * value although the load has not changed: a few arcsec a second at most. */
+/* The same in LM_AXIS_CLOSED for a torque in use that differs from its new value although the load
+ * has not changed, and for what a measurement adds to the feed-forward: a few arcsec a second at
+ * most. */
 #define LM_AXIS_CREEP_S 1000.0f
 
-/* An axis is slower: a greater change of gravity in a tick, at the torque limit, is a payload. */
+/* An axis is slower: a greater change of gravity in a tick, at the torque limit, is a payload, and
+ * the torque of the command changes no faster. */
 #define LM_AXIS_FAST_RAD_S 10.0f
 
 typedef enum lm_axis_state {
@@ -100,15 +102,20 @@ typedef struct lm_axis {
   uint32_t moving_state; /* bits that move it */
   lm_axis_source source; /* of the torque */
   int source_waits;      /* another one was requested in this tick */
+  int source_lost;       /* because the measurement was lost */
   int command_jumps;     /* ticks in which the torque of the command jumps, and the load does not */
+  float command_Nm;      /* of the command, within limit_Nm */
+  float sensed_Nm;       /* measured, the same; LM_UNKNOWN: not in use */
+  float limit_Nm;        /* torque limit of the parameters */
+  int clipped;           /* a torque was beyond it since the last tick */
   float beyond_Nm;       /* what the measurement adds to the torque of the command */
   float off_Nm; /* jump of the torque of the command that the torque in use has still to make */
   float creep_Nm_s;
-  float gravity_Nm; /* last known one */
-  float step_Nm;    /* of gravity, that no motion makes */
-  int unfeeds;      /* lm_drive: the feed-forward ends: another mode may ignore it */
-  float fed_Nm;     /* torque_Nm, as far as it is fed forward */
-  float believed_Nm;
+  float gravity_Nm;  /* last known one */
+  float step_Nm;     /* of gravity, that no motion makes */
+  int unfeeds;       /* lm_drive: the feed-forward ends: another mode may ignore it */
+  float fed_Nm;      /* torque_Nm, as far as it is fed forward */
+  float believed_Nm; /* of beyond_Nm: friction hides the rest */
   float bound_Nm;
   float share; /* of the filter in a tick */
   float lost_s;
@@ -137,7 +144,10 @@ lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_axis_
 /* The torque for lm_conditions: one of the three in every tick, before lm_axis_tick, in all states.
  * commanded_Nm: gravity at command_rad minus inertia times the planner's acceleration of the output
  * (compensator.h: signs); 0 if unknown. They filter at a tenth of the resonance for which the
- * parameters were exported. The torque does not jump when its source or the zero changes: the
+ * parameters were exported. A torque beyond torque_limit_Nm is clipped (LM_STATE_TORQUE_CLIPPED),
+ * and that of the command changes by at most LM_AXIS_FAST_RAD_S times that limit a second in
+ * LM_AXIS_CLOSED: one wrong acceleration is no blow. The torque does not jump when its source or
+ * the zero changes: the
  * command keeps the last difference to a measurement, until power-up without the history or another
  * payload. A jump of gravity with the zero or a payload is made in LM_AXIS_PAUSED, and creeps in
  * LM_AXIS_CLOSED (LM_AXIS_CREEP_S).
@@ -145,7 +155,7 @@ lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_axis_
  * sensed_Nm: minus the torque of the gear on the link, which a sensor between them measures. Not
  * filtered; between two samples the last one. If it is not finite for the time of LM_AXIS_STAND,
  * the torque of the command plus the last difference is used until the axis is paused or open:
- * raise an alarm while source_waits is set. The axis does not close without it: to continue, call
+ * raise an alarm while source_lost is set. The axis does not close without it: to continue, call
  * lm_axis_use_command instead. */
 float lm_axis_use_command(lm_axis *a, float commanded_Nm);
 float lm_axis_use_sensor(lm_axis *a, float commanded_Nm, float sensed_Nm);
@@ -163,13 +173,14 @@ float lm_axis_use_current(lm_axis *a, const lm_motor *motor, float commanded_Nm,
  * has it from the measurement, the command alone forgets what a measurement had added. */
 float lm_axis_gravity(lm_axis *a, float gravity_Nm, int homed);
 
-/* Velocity feed-forward, of the output: the planner's velocity plus the rate of the correction in
- * LM_AXIS_CLOSED, otherwise 0. A velocity that is not finite is replaced by that of the command. */
-float lm_axis_rate(const lm_axis *a, float planned_rad_s);
+/* Velocity feed-forward, of the output: that of command and correction in LM_AXIS_CLOSED, otherwise
+ * 0. */
+float lm_axis_rate(const lm_axis *a);
 
-/* Torque feed-forward, of the output: against the load. After lm_axis_close it changes with the
- * load alone: a torque that becomes known is already borne by the integrator, and it creeps there.
- * 0 if the loop was closed for a test: its sign is not known. */
+/* Torque feed-forward, of the output: against the load, within torque_limit_Nm. After lm_axis_close
+ * it changes with the torque of the command alone: fed forward, a measurement would close a loop
+ * that oscillates. What is measured or becomes known is already borne by the integrator, and it
+ * creeps there. 0 if the loop was closed for a test: its sign is not known. */
 float lm_axis_feed(const lm_axis *a);
 
 /* Once in every period, in all states; after an overrun not twice; elapsed_s of the first one is

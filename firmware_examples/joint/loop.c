@@ -119,7 +119,7 @@ static float model_torque(loop *joint, float command_Nm, float sensed_Nm) {
     float now_Nm = lm_estimate_torque(
         &motor, joint->motor_Nm / ((float)PLANT_RATIO * TORQUE_CONSTANT),
         joint->speed_rad_s * (float)PLANT_RATIO, joint->change_rad_s2 * (float)PLANT_RATIO);
-    float bound_Nm = lm_bound_torque(&motor, joint->speed_rad_s * (float)PLANT_RATIO);
+    float bound_Nm = lm_bound_torque(&motor, now_Nm, joint->speed_rad_s * (float)PLANT_RATIO);
     joint->current_Nm += CURRENT_FILTER * (now_Nm - joint->current_Nm);
     joint->bound_Nm += CURRENT_FILTER * (bound_Nm - joint->bound_Nm);
     return lm_hold_torque(&joint->believed_Nm, joint->current_Nm, joint->bound_Nm);

@@ -43,9 +43,13 @@ lm_real lm_estimate_torque(const lm_motor *motor, lm_real current_A, lm_real vel
   return -rotor_Nm * motor->ratio * factor;
 }
 
-lm_real lm_bound_torque(const lm_motor *motor, lm_real velocity_rad_s) {
+/* At standstill rotor * ratio is estimated; the torque is (rotor +- coulomb) * ratio, times the
+ * efficiency or divided by it. The latter is further away. */
+lm_real lm_bound_torque(const lm_motor *motor, lm_real torque_Nm, lm_real velocity_rad_s) {
   lm_real moving = clamp(absolute(velocity_rad_s / motor->standstill_rad_s), 0, 1);
-  return motor->coulomb_Nm * absolute(motor->ratio) * (1 - moving);
+  lm_real hidden_Nm =
+      motor->coulomb_Nm * absolute(motor->ratio) + absolute(torque_Nm) * (1 - motor->efficiency);
+  return hidden_Nm / motor->efficiency * (1 - moving);
 }
 
 lm_real lm_hold_torque(lm_real *believed_Nm, lm_real torque_Nm, lm_real uncertainty_Nm) {

@@ -65,14 +65,31 @@ static void a_motion_that_is_not_finite_is_not_made(void) {
   assert_near(3, resisting_Nm);
 }
 
+/* What the motor holds may be friction, or what the gear loses. */
 static void at_standstill_the_friction_may_point_either_way(void) {
   lm_real zero = 0;
-  assert_near(0.05 * 100, lm_bound_torque(&motor, 0));
-  assert_near(0.025 * 100, lm_bound_torque(&motor, LM_REAL(-0.05)));
-  TEST_ASSERT_TRUE(lm_bound_torque(&motor, 3) == 0);
-  assert_near(0.05 * 100, lm_bound_torque(&motor, zero / zero));
+  assert_near(0.05 * 100 / 0.8, lm_bound_torque(&motor, 0, 0));
+  assert_near((0.05 * 100 + 20 * 0.2) / 0.8, lm_bound_torque(&motor, -20, 0));
+  assert_near(0.025 * 100 / 0.8, lm_bound_torque(&motor, 0, LM_REAL(-0.05)));
+  TEST_ASSERT_TRUE(lm_bound_torque(&motor, 20, 3) == 0);
+  assert_near(0.05 * 100 / 0.8, lm_bound_torque(&motor, 0, zero / zero));
   motor.ratio = -100;
-  assert_near(0.05 * 100, lm_bound_torque(&motor, 0));
+  assert_near(0.05 * 100 / 0.8, lm_bound_torque(&motor, 0, 0));
+}
+
+/* Whatever the direction of friction and of the power, the torque is within the bound. */
+static void at_standstill_the_torque_is_within_the_bound(void) {
+  int k;
+  for (k = 0; k < 4; ++k) {
+    lm_real friction_Nm = k % 2 ? motor.coulomb_Nm : -motor.coulomb_Nm;
+    lm_real factor = k < 2 ? motor.efficiency : 1 / motor.efficiency;
+    lm_real current_A = LM_REAL(2.5);
+    lm_real torque_Nm = -(motor.torque_constant_Nm_per_A * current_A - friction_Nm) * motor.ratio;
+    lm_real found_Nm = lm_estimate_torque(&motor, current_A, 0, 0);
+    lm_real off_Nm = torque_Nm * factor - found_Nm;
+    lm_real bound_Nm = lm_bound_torque(&motor, found_Nm, 0);
+    TEST_ASSERT_TRUE((off_Nm < 0 ? -off_Nm : off_Nm) <= bound_Nm * LM_REAL(1.0001));
+  }
 }
 
 /* The truth is always possible, so the error of the estimate is never more than twice the
@@ -149,6 +166,7 @@ int main(void) {
   RUN_TEST(the_guess_resists_motion_and_has_a_dead_band);
   RUN_TEST(a_motion_that_is_not_finite_is_not_made);
   RUN_TEST(at_standstill_the_friction_may_point_either_way);
+  RUN_TEST(at_standstill_the_torque_is_within_the_bound);
   RUN_TEST(a_held_torque_moves_no_further_than_it_must);
   RUN_TEST(a_held_torque_survives_any_input);
   RUN_TEST(a_motor_without_meaning_is_refused_by_name);

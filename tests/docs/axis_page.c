@@ -33,6 +33,7 @@ extern commissioning_finding commission(void);
 int run, homed;
 struct memory stored;
 static plan planned;
+static float planned_rad_s;
 static float target_rad, setpoint_rad, feed_Nm;
 static float motor_over_ratio_rad = 0.2f, twist_rad, load_Nm = WEIGHT_NM, last_motor_rad;
 static float released_s, braked_s = 1, on_s, jump_rad;
@@ -71,8 +72,7 @@ void store(void) {
 plan planner_tick(void) {
   const float go_rad = target_rad - planned.position;
   const float step_rad_s = 2 * PERIOD_S;
-  const float stop_rad =
-      planned.velocity * planned.velocity / 4 + size(planned.velocity) * PERIOD_S;
+  const float stop_rad = planned_rad_s * planned_rad_s / 4 + size(planned_rad_s) * PERIOD_S;
   float wanted = go_rad > 0 ? RATE_RAD_S : -RATE_RAD_S;
   if (halted) {
     halted = 0;
@@ -82,35 +82,35 @@ plan planner_tick(void) {
     wanted = 0;
   }
   if (size(go_rad) < 1e-6f) {
-    planned.velocity = 0;
+    planned_rad_s = 0;
     planned.acceleration = 0;
     return planned;
   }
   wanted = wanted == 0 ? (go_rad > 0 ? 0.002f : -0.002f) : wanted;
-  planned.acceleration = wanted > planned.velocity ? 2 : -2;
-  if (size(wanted - planned.velocity) < step_rad_s) {
+  planned.acceleration = wanted > planned_rad_s ? 2 : -2;
+  if (size(wanted - planned_rad_s) < step_rad_s) {
     planned.acceleration = 0;
-    planned.velocity = wanted;
+    planned_rad_s = wanted;
   }
-  planned.velocity += planned.acceleration * PERIOD_S;
+  planned_rad_s += planned.acceleration * PERIOD_S;
   planned.position +=
-      size(planned.velocity) * PERIOD_S > size(go_rad) ? go_rad : planned.velocity * PERIOD_S;
+      size(planned_rad_s) * PERIOD_S > size(go_rad) ? go_rad : planned_rad_s * PERIOD_S;
   return planned;
 }
 
 void planner_restart(float command_rad) {
   planned.position = command_rad;
-  planned.velocity = 0;
+  planned_rad_s = 0;
   planned.acceleration = 0;
   target_rad = command_rad;
 }
 
 void planner_halt(void) {
   const float step_rad_s = 2 * PERIOD_S;
-  planned.velocity = planned.velocity > step_rad_s    ? planned.velocity - step_rad_s
-                     : planned.velocity < -step_rad_s ? planned.velocity + step_rad_s
-                                                      : 0;
-  planned.position += planned.velocity * PERIOD_S;
+  planned_rad_s = planned_rad_s > step_rad_s    ? planned_rad_s - step_rad_s
+                  : planned_rad_s < -step_rad_s ? planned_rad_s + step_rad_s
+                                                : 0;
+  planned.position += planned_rad_s * PERIOD_S;
   target_rad = planned.position;
   halted = 1;
 }
@@ -281,7 +281,7 @@ static void ticks(int n) {
     report();
     tick();
     move();
-    step_rad = size(output() - before_rad) - size(planned.velocity) * PERIOD_S;
+    step_rad = size(output() - before_rad) - size(planned_rad_s) * PERIOD_S;
     step_rad = was_on && on && size(feed_Nm - fed_Nm) > 3 * ACCELERATES_NM ? 1 : step_rad;
     jump_rad = step_rad > jump_rad ? step_rad : jump_rad;
   }
@@ -554,7 +554,7 @@ static int wander(void) {
     moves = on && ordered && !tripped && braked_s < CLOSES_S;
     if (moves && moved_before &&
         size(setpoint_rad - before_rad) >
-            PERIOD_S * (size(planned.velocity) + joint_parameters.limits.velocity_rad_s +
+            PERIOD_S * (size(planned_rad_s) + joint_parameters.limits.velocity_rad_s +
                         0.4f * (float)test.on)) {
       return 15;
     }

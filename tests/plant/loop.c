@@ -72,7 +72,9 @@ static double told_torque(loop *l, const plant *joint, const command *wish, doub
                                               (float)(ratio * l->speed_rad_s),
                                               (float)(ratio * wish->acceleration_rad_s2));
       (void)slow(l, &l->current_Nm, turning_Nm - model_Nm);
-      (void)slow(l, &l->bound_Nm, (double)lm_bound_torque(&motor, (float)(ratio * l->speed_rad_s)));
+      (void)slow(
+          l, &l->bound_Nm,
+          (double)lm_bound_torque(&motor, (float)turning_Nm, (float)(ratio * l->speed_rad_s)));
       return model_Nm +
              (double)lm_hold_torque(&l->believed_Nm, (float)l->current_Nm, (float)l->bound_Nm);
     case FROM_RAW_CURRENT:

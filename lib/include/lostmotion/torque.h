@@ -40,11 +40,11 @@
  *     resonance lies at 20 to 30 Hz);
  *   - give lm_estimate_torque the measured velocity of the motor shaft, and its commanded
  *     acceleration, correction included (differences of encoder counts are too noisy);
- *   - pass the filtered estimate through lm_hold_torque, so that friction of unknown sign at
- *     standstill causes no motion. Its uncertainty is lm_bound_torque through the same filter: the
- *     bound falls to zero as soon as the motor moves, the filtered estimate is right only later.
- *     This filter starts at the bound at speed 0, beyond as above, *believed_Nm at the torque in
- *     use;
+ *   - pass beyond (above) through lm_hold_torque before it is added to the torque of the command,
+ *     so that friction of unknown sign at standstill causes no motion. Its uncertainty is
+ *     lm_bound_torque through the same filter: the bound falls to zero as soon as the motor moves,
+ *     the filtered estimate is right only later. This filter starts at the bound at speed 0, beyond
+ *     as above, *believed_Nm at beyond;
  *   - do not use the estimate while a brake holds the motor, nor in the first second after: its
  *     current is zero and the gear still bears the load. Take the torque of the command (gravity at
  *     the commanded angle, which is the reported one while the loop is open) or, if it is not
@@ -53,7 +53,7 @@
  *
  * If the correction rings nevertheless, this is detected and the correction is slowed
  * (compensator.h). Its size then depends on lm_declare_torque_error: for a current, at least
- * lm_bound_torque at speed 0.
+ * lm_bound_torque of the largest load at speed 0.
  */
 #ifndef LOSTMOTION_TORQUE_H
 #define LOSTMOTION_TORQUE_H
@@ -89,15 +89,19 @@ lm_status lm_check_motor(const lm_motor *motor, lm_fault *fault);
  *
  * Quasi-static on the output: the load torque equals the torque of the gear. At standstill the
  * factor is 1: the direction of friction is unknown there, and the torque is uncertain by
- * coulomb_Nm * ratio and by the efficiency. Inputs that are not finite give a result that is not
+ * lm_bound_torque. Inputs that are not finite give a result that is not
  * finite, which the compensator refuses. */
 lm_real lm_estimate_torque(const lm_motor *motor, lm_real current_A, lm_real velocity_rad_s,
                            lm_real acceleration_rad_s2);
 
 /* Largest error [N*m, at the output, either sign] of lm_estimate_torque from the unknown direction
- * of the motor's friction at this speed of the motor shaft [rad/s]: coulomb_Nm * |ratio| at
- * standstill, falling to zero at standstill_rad_s. NaN counts as standstill. */
-lm_real lm_bound_torque(const lm_motor *motor, lm_real velocity_rad_s);
+ * of friction, when it has returned torque_Nm at this speed of the motor shaft [rad/s]: at
+ * standstill
+ *
+ *     (coulomb_Nm * |ratio| + |torque_Nm| * (1 - efficiency)) / efficiency
+ *
+ * falling to zero at standstill_rad_s. A velocity that is NaN counts as standstill. */
+lm_real lm_bound_torque(const lm_motor *motor, lm_real torque_Nm, lm_real velocity_rad_s);
 
 /* Returns the torque for the model when it is known only to +-uncertainty [N*m]: *believed_Nm
  * (state; starts at the torque in use before, or at the first torque) is clipped to torque +-
