@@ -63,11 +63,29 @@ float cia402_latched(const cia402_axis *c, int32_t latch_inc) {
   return cia402_angle(&c->values, motor_at(c, latch_inc));
 }
 
-/* What the drive adds to the target. A loop on the output corrects the lost motion itself. */
-static int32_t find_offset(const cia402_axis *c) {
-  return c->values.output_loop
-             ? 0
-             : to_increments(c->axis.correction.correction_rad * c->increments_per_rad);
+/* What the drive adds to the target. A loop on the output corrects the lost motion itself. Where the
+ * correction changes and the motor does not, the sum stays; a drive that derives a velocity from the
+ * target alone would take that for a motion: the target follows slowly. Other modes have no offset,
+ * and whether the drive reports it there does not matter. */
+static int32_t find_offset(cia402_axis *c) {
+  const int moves = c->axis.state == LM_AXIS_CLOSED || c->axis.guides;
+  const float wanted_rad = c->values.output_loop ? 0 : c->axis.correction.correction_rad;
+  const float most_rad = c->correction_rad * c->axis.follow.period_s / LM_AXIS_FEED_S;
+  if (!c->drive.operated) {
+    c->owed_rad = 0;
+  } else if (c->mode_seen != CIA402_CSP) {
+    c->owed_rad = wanted_rad;
+  } else if (!moves || !c->moves) {
+    c->owed_rad = wanted_rad - c->offset_rad;
+  } else {
+    /* the offset follows the correction, as the motor does */
+  }
+  c->moves = moves;
+  c->owed_rad -= size(c->owed_rad) < most_rad ? c->owed_rad
+                 : c->owed_rad < 0            ? -most_rad
+                                              : most_rad;
+  c->offset_rad = wanted_rad - c->owed_rad;
+  return to_increments(c->offset_rad * c->increments_per_rad);
 }
 
 static int32_t find_rate(const cia402_axis *c) {
@@ -129,6 +147,7 @@ lm_status cia402_start(cia402_axis *c, const cia402_drive *values, const lm_para
   status = lm_axis_power_up(&c->axis, parameters, kept, at, cia402_angle(values, c->motor_inc),
                             zero_rad, fault);
   c->axis.output_loop = values->output_loop;
+  c->correction_rad = parameters->limits.correction_rad;
   c->axis.command_rad = lm_axis_reported(&c->axis, cia402_angle(values, c->motor_inc));
   return status;
 }
@@ -153,8 +172,11 @@ static uint16_t controlword(const cia402_axis *c) {
       return c->drive.enable ? CIA402_ENABLE : waits ? CIA402_SWITCH_ON : CIA402_SHUTDOWN;
     case CIA402_READY:
       return waits ? CIA402_SWITCH_ON : CIA402_SHUTDOWN;
-    case CIA402_QUICK_STOP_ACTIVE: /* with 0x605A = 5 to 8 the drive does not leave it by itself */
-      return c->rest_s >= c->axis.follow.stand_s ? CIA402_DISABLE_VOLTAGE : CIA402_QUICK_STOP;
+    case CIA402_QUICK_STOP_ACTIVE: /* with 0x605A = 5 to 8 the drive does not leave it by itself. A
+                                      controller that was reset knows no rest: the drive holds. */
+      return c->axis.state != LM_AXIS_OFF && c->rest_s >= c->axis.follow.stand_s
+                 ? CIA402_DISABLE_VOLTAGE
+                 : CIA402_QUICK_STOP;
     default: /* switch on disabled; a fault is reset by the host alone */
       return waits ? CIA402_SHUTDOWN : CIA402_DISABLE_VOLTAGE;
   }

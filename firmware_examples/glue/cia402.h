@@ -11,7 +11,9 @@
  * The drive adds 0x60B0 to its position demand and 0x60B1 to its velocity demand, so the target
  * is the output angle, and the measured output angle is (0x6064 - 0x60B0) in increments. (If the
  * drive reports 0x6064 without the offset, set reports_offset to 0: before the drive is enabled for
- * the first time, with the brake on, send another 0x60B0; if 0x6064 changes, it does.) Increments:
+ * the first time, with the brake on, send another 0x60B0; if 0x6064 changes, it does.) Where the
+ * correction changes and the motor does not (a pause), the target follows within LM_AXIS_FEED_S:
+ * no drive takes that for a motion. In other modes 0x60B0 is 0. Increments:
  * 0x608F encoder increments per motor turn times the gear's ratio over one turn of the output;
  * 0x6091 and 0x6092 are assumed to be 1. Velocity is in increments per second.
  *
@@ -95,6 +97,10 @@ typedef struct cia402_axis {
   int8_t mode;              /* 0x6060 that the host wants instead of CSP; 0: CSP */
   float increments_per_rad; /* of the output, signed */
   int32_t mode_seen;        /* last 0x6061 */
+  float correction_rad;     /* limit of the parameters */
+  float offset_rad;         /* sent as 0x60B0 */
+  float owed_rad;           /* correction that is still in the target */
+  int32_t moves;            /* the motor moves with the correction */
   int32_t demand_inc;       /* of the motor: target and offset */
   int32_t motor_inc;        /* last position */
   uint16_t statusword;
@@ -107,8 +113,8 @@ typedef struct cia402_axis {
  * and that the sync period is theirs. kept, at, zero_rad: as lm_axis_power_up.
  * LM_OUT_OF_RANGE ("increments_per_rev", "ratio", "period_exponent",
  * "motor_over_ratio_rad": beyond LM_AXIS_ANGLE_MAX_RAD from the origin), LM_INCONSISTENT
- * ("period_s"; "valid": the input is not; "statusword": the drive is enabled: send quick
- * stop until it is not), those of lm_axis_power_up. */
+ * ("period_s"; "valid": the input is not; "statusword": the drive is enabled: cia402_cycle
+ * sends quick stop until it is not), those of lm_axis_power_up. */
 lm_status cia402_start(cia402_axis *c, const cia402_drive *values, const lm_parameters *parameters,
                        lm_axis_kept *kept, const lm_conditions *at, const cia402_input *in,
                        float zero_rad, lm_fault *fault);

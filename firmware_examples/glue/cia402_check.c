@@ -120,20 +120,27 @@ static void cycles(cell *c, int n, float torque_Nm, float *wish_rad, float rate_
   }
 }
 
-/* A mode or other parameters with the motor held: nothing moves, at any time. */
+/* A mode or other parameters with the motor held: nothing moves, at any time, nor does the target,
+ * of which a drive may derive its velocity feed-forward. */
 static int check_hold(cell *c, float *wish_rad) {
   static lm_parameters smaller;
   const int32_t motor = c->drive.motor;
+  int32_t target;
   int k;
   smaller = joint_parameters;
   smaller.limits.correction_rad *= 0.1f;
   for (k = 0; k < 4; ++k) {
+    target = c->cia.sent.target_position;
     if (k < 2) {
       (void)lm_axis_set_mode(&c->cia.axis, k == 0 ? LM_MODE_RESET : LM_MODE_RUN);
     } else if (lm_axis_change(&c->cia.axis, k == 2 ? &smaller : &joint_parameters, 0) != LM_OK) {
       return 14;
     }
     cycles(c, 20, LOAD_NM, wish_rad, 0, 1);
+    target -= c->cia.sent.target_position;
+    if (target > 3 || target < -3) {
+      return 51;
+    }
     if (!is_held(c) || c->cia.sent.velocity_offset != 0 || c->cia.axis.follow.rested_s > 0) {
       return 15;
     }
@@ -452,7 +459,8 @@ static int check_bit12(cell *c, float *wish_rad) {
                   cia402_angle(&c->cia.values, motor))) {
       return 49;
     }
-    if (out.torque_offset > before + 1 || out.torque_offset < before - 1 ||
+    if ((c->cia.mode_seen == 1 && out.position_offset != 0) || out.torque_offset > before + 1 ||
+        out.torque_offset < before - 1 ||
         (out.mode == 1 && (out.torque_offset != 0 || k < MODE_CYCLES * 3 / 4)) ||
         (k == MODE_CYCLES - 1 && out.mode != 1)) {
       return 47;
@@ -672,6 +680,13 @@ int check_cia402(void) {
   in.statusword = CIA402_OPERATION_ENABLED;
   if (cia402_start(&c.cia, &drive, &joint_parameters, 0, &at, &in, 0, &fault) != LM_INCONSISTENT) {
     return 42;
+  }
+  for (k = 0; k < 20; ++k) { /* the host calls it nevertheless: the drive is not let fall */
+    const cia402_output out = cia402_cycle(&c.cia, &in, &at, 0, 0);
+    in.statusword = CIA402_QUICK_STOP_ACTIVE;
+    if (out.controlword != CIA402_QUICK_STOP) {
+      return 42;
+    }
   }
   in = read_drive(&c);
   if (cia402_start(&c.cia, &near, &joint_parameters, 0, &at, &in, 0, &fault) != LM_OUT_OF_RANGE ||
