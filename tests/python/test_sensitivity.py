@@ -4,6 +4,7 @@ check."""
 from __future__ import annotations
 
 import copy
+import functools
 import json
 from pathlib import Path
 
@@ -21,9 +22,11 @@ from lostmotion.sensitivity import (
     with_value,
 )
 
+textbook = functools.cache(textbook_drive)
+
 
 def drawn(**teeth: float) -> Drive:
-    document = copy.deepcopy(textbook_drive(20, 100, "discs")[0])
+    document = copy.deepcopy(textbook(20, 100, "discs")[0])
     for name, change in teeth.items():
         document["design"]["teeth"][name] += change
     return parse_drive(document)
@@ -33,14 +36,33 @@ def test_a_derivative_predicts_a_small_change() -> None:
     drive = drawn()
     before = figures_of(drive, 1.6)
     for one in sensitivities(drive, 1.6):
-        if one.key not in ("flexspline.rim_thickness_mm", "teeth.face_width_mm"):
-            continue
-        change = 0.01 if one.key.startswith("flex") else 0.1
+        change = 2e-5
         after = figures_of(with_value(drive, one.key, one.value + change), 1.6)
         slopes = (one.lost_motion_arcmin, one.stiffness_Nm_per_rad, one.stress)
         for a, b, slope in zip(after, before, slopes, strict=True):
-            assert a - b == pytest.approx(slope * change, rel=0.1, abs=1e-9)
+            assert a - b == pytest.approx(slope * change, rel=1e-2, abs=1e-9)
     assert {one.key for one in sensitivities(drive, 1.6)} >= {"teeth.rigid_shift"}
+
+
+def moved(drive: Drive, key: str, to: float) -> float:
+    return figures_of(with_value(drive, key, to), 1.6)[0]
+
+
+def test_a_derivative_is_that_at_the_drive_and_says_where_it_ends() -> None:
+    # The free play of a drive of `new` becomes zero within the last digit of its shifts.
+    drive = drawn()
+    found = {one.key: one for one in sensitivities(drive, 1.6)}
+    for key in ("teeth.flexspline_shift", "teeth.rigid_shift", "generator.deflection_mm"):
+        one = found[key]
+        near = [moved(drive, key, one.value + side * 1e-6) for side in (-1, 1)]
+        assert one.lost_motion_arcmin == pytest.approx((near[1] - near[0]) / 2e-6, rel=1e-4)
+        (end,) = (e for e in (one.holds_from, one.holds_to) if e is not None)
+        assert 0 < abs(end - one.value) < 0.01
+        here = moved(drive, key, one.value)
+        for share, holds in ((0.9, True), (1.1, False)):
+            change = share * (end - one.value)
+            after = moved(drive, key, one.value + change) - here
+            assert (after == pytest.approx(one.lost_motion_arcmin * change, rel=0.1)) == holds
 
 
 @pytest.mark.parametrize(

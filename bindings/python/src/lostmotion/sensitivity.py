@@ -23,8 +23,20 @@ DIMENSIONS = {
     "flexspline.wall_thickness_mm": ("mm", 0.005),
     "flexspline.length_mm": ("mm", 0.05),
 }
-"""Dimensions of a drawing, each with its unit and the step of its numerical derivative: the last
-digit that a drawing states, far above the rounding error of the model."""
+"""Dimensions of a drawing, each with its unit and the last digit that a drawing states."""
+
+STEP = 1e-3
+"""Step of a numerical derivative, in last digits of the drawing: 0.01 um, 1e-5 modules. The
+rounding error of the derivative is below 1e-6 of it, and a kink of the figure is rarely so near."""
+
+REACH = 10.0
+"""Largest change for which a derivative is compared with the drive, in last digits: 0.1 modules."""
+
+LINEAR = 0.1
+"""A derivative holds as far as it predicts the change of the lost motion within 10 %."""
+
+HALVINGS = 12
+"""Bisections on a logarithmic scale from `STEP` to `REACH`: 0.2 % of the distance to the kink."""
 
 MENDED_BY = (
     "teeth.flexspline_shift",
@@ -48,7 +60,24 @@ HINTS_MOST = 3
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """Derivatives of a design's figures by one dimension, per unit of it."""
+    """Derivatives of a design's figures by one dimension, per unit of it.
+
+    The lost motion has kinks: where the free play becomes zero, or another section of the face
+    begins to touch, its derivative is another.
+
+    Attributes
+    ----------
+    key, unit : str
+        Of the dimension.
+    value : float
+        In the drive file.
+    lost_motion_arcmin, stiffness_Nm_per_rad, stress : float
+        Derivatives.
+    holds_from, holds_to : float or None
+        Values of the dimension between which the derivative predicts the change of the lost
+        motion within 10 %; None on a side where it does so as far as it was examined, `REACH` last
+        digits of the drawing. Both equal `value` if the drive is at a kink.
+    """
 
     key: str
     unit: str
@@ -56,6 +85,8 @@ class Sensitivity:
     lost_motion_arcmin: float
     stiffness_Nm_per_rad: float
     stress: float
+    holds_from: float | None
+    holds_to: float | None
 
 
 def with_value(drive: Drive, key: str, value: float) -> Drive:
@@ -95,6 +126,11 @@ def stated(drive: Drive, key: str) -> float | None:
     return float(value) if isinstance(value, int | float) and value is not True else None
 
 
+def lost_motion_of(drive: Drive, reversal_Nm: float) -> float:
+    """Reversal lost motion in arcmin."""
+    return design_model(drive).reversal_lost_motion(reversal_Nm) / ARCMIN
+
+
 def figures_of(drive: Drive, reversal_Nm: float) -> tuple[float, float, float]:
     """Lost motion in arcmin, stiffness at rated torque, and 1 / fatigue safety."""
     model = design_model(drive)
@@ -106,19 +142,57 @@ def figures_of(drive: Drive, reversal_Nm: float) -> tuple[float, float, float]:
 def sensitivities(drive: Drive, reversal_Nm: float) -> list[Sensitivity]:
     """Differentiate by every dimension that the file states, by central differences."""
     found = []
-    for key, (unit, step) in DIMENSIONS.items():
+    for key, (unit, digit) in DIMENSIONS.items():
         value = stated(drive, key)
         if value is None:
             continue
+        step = STEP * digit
         try:
             high = figures_of(with_value(drive, key, value + step), reversal_Nm)
             low = figures_of(with_value(drive, key, value - step), reversal_Nm)
         except LostMotionError:
             continue  # at the end of its range, or where no drive can be built
         slopes = [(a - b) / (2.0 * step) for a, b in zip(high, low, strict=True)]
-        if all(math.isfinite(slope) for slope in slopes):
-            found.append(Sensitivity(key, unit, value, *slopes))
+        if not all(math.isfinite(slope) for slope in slopes):
+            continue
+        line = Line(drive, key, value, slopes[0], reversal_Nm)
+        ends = [line.end(side * digit) for side in (-1.0, 1.0)]
+        found.append(Sensitivity(key, unit, value, *slopes, *ends))
     return found
+
+
+class Line:
+    """The straight line by which a derivative predicts the lost motion of a changed drive."""
+
+    def __init__(
+        self, drive: Drive, key: str, value: float, slope: float, reversal_Nm: float
+    ) -> None:
+        self.drive, self.key, self.value, self.slope = drive, key, value, slope
+        self.reversal_Nm = reversal_Nm
+        self.here = lost_motion_of(drive, reversal_Nm)
+
+    def holds(self, change: float) -> bool:
+        """Whether the line predicts a change within `LINEAR`; also if there is no such drive."""
+        try:
+            other = with_value(self.drive, self.key, self.value + change)
+            moved = lost_motion_of(other, self.reversal_Nm) - self.here
+        except LostMotionError:
+            return True
+        # Rounding of the model: a figure that does not depend on the dimension has no kink.
+        least = 1e-9 * abs(self.here)
+        return abs(moved - self.slope * change) <= LINEAR * abs(self.slope * change) + least
+
+    def end(self, digit: float) -> float | None:
+        """Value of the dimension up to which the line holds, towards the sign of `digit`."""
+        if self.holds(REACH * digit):
+            return None
+        if not self.holds(STEP * digit):
+            return self.value
+        kept, broken = STEP, REACH
+        for _ in range(HALVINGS):
+            middle = math.sqrt(kept * broken)
+            kept, broken = (middle, broken) if self.holds(middle * digit) else (kept, middle)
+        return self.value + kept * digit
 
 
 @dataclass(frozen=True)

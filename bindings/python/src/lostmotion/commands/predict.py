@@ -87,13 +87,24 @@ def run_clearances(arguments: argparse.Namespace) -> None:
 
 
 def show_sensitivity(rows: list[dict[str, Any]]) -> None:
-    """Print the sensitivity to each dimension."""
-    head = ["dimension", "value", "lost motion arcmin", "stiffness Nm/rad", "1 / safety"]
-    keys = ("lost_motion_arcmin", "stiffness_Nm_per_rad", "stress")
+    """Print the sensitivity to each dimension, and the range in which it holds."""
+    head = ["dimension", "value", "lost motion arcmin", "holds from", "to", "stiffness Nm/rad"]
+    keys = ("lost_motion_arcmin", "holds_from", "holds_to", "stiffness_Nm_per_rad", "stress")
+    digits = {"value": 5, "holds_from": 5, "holds_to": 5}
     print("\nchange per unit of a dimension (per module, per mm):\n")
+
+    def written(row: dict[str, Any], key: str) -> str:
+        return "-" if row[key] is None else f"{row[key]:.{digits.get(key, 4)}g}"
+
     show_table(
-        head, [[r["key"], f"{r['value']:.4g}", *(f"{r[key]:.4g}" for key in keys)] for r in rows]
+        [*head, "1 / safety"],
+        [[r["key"], *(written(r, key) for key in ("value", *keys))] for r in rows],
     )
+    if any(r["holds_from"] is not None or r["holds_to"] is not None for r in rows):
+        print(
+            '\nOutside "holds from" and "to" the lost motion has another slope, because other '
+            "teeth or another part of the face touch: use --sweep there."
+        )
 
 
 def show_prediction(answer: dict[str, Any], sensitivity: bool = False) -> None:
