@@ -207,6 +207,25 @@ def test_what_unseen_runs_do_not_confirm_is_of_no_use_beside_an_effect(warm_gap)
     assert of_use(model, [spelled, shape]) == ([], [spelled, shape])
     # Reduction of the error by an effect of the least size, a tenth of the noise (arcsec^2).
     assert model.fall_of_left_out(spelled) < 0.01 < model.fall_of_left_out(opened)
+    # The models are those of the answer, or the present one after more steps.
+    before, after = (rung["rms_heldout_arcsec"] for rung in warm_gap.ladder)
+    fall = before**2 - after**2
+    assert 0.98 * fall < model.fall_of_left_out(opened) < fall + 1e-9
+
+
+def test_a_gain_of_which_the_interval_contains_zero_confirms_no_effect(warm_gap):
+    """As if the effect halved the residual of one run only, or that of all runs."""
+    model, current = model_before(warm_gap), warm_gap.selection.steps[0].round
+    found = {result.name: result for result in warm_gap.selection.steps[0].results}
+    opened = refit(current, found["thermal_gap"])
+    c = model.now.base.conditions
+    for last, confirmed in ((1, False), (c.runs, True)):
+        after = np.random.default_rng(0).normal(size=c.rows)
+        before = np.where(c.run_of < last, 2.0 * after, after)
+        model.present = (model.now, before)
+        model.left_out = {id(opened.settled): (opened.settled, after)}
+        assert model.fall_of_left_out(opened) > 0.1
+        assert model.confirms(opened) is confirmed
 
 
 def test_an_effect_that_explains_nothing_more_is_dropped(warm_gap):

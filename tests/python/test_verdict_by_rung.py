@@ -84,7 +84,7 @@ def test_a_true_effect_makes_no_setting_worse_and_has_a_gain_above_nothing() -> 
     term = Term(effect, effect.typical.copy(), effect.free())
     before, after = make_rungs(fitted_with(campaign(rows=200, add=gap), term))
     assert harms(before, after) == []
-    size, (low, high) = gain(before, after)
+    size, (low, high) = gain(before.left_out, after.left_out, before.model.conditions.starts)
     assert 0 < low < size < high
     assert size == pytest.approx(before.heldout_rms_arcsec - after.heldout_rms_arcsec)
 

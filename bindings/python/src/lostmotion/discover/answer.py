@@ -258,7 +258,7 @@ def list_candidates(
                 term.values,
                 rung["rms_heldout_arcsec"],
                 step.selected.gain,
-                family_p(step.round, step.selected.candidate, step.selected.result),
+                family_p(step.round, step.selected.candidate, step.selected.tested),
                 step.rivals,
                 step.selected.size,
             )

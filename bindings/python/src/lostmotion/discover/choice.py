@@ -9,7 +9,13 @@ import numpy as np
 
 from lostmotion import rules
 from lostmotion.discover.contest_round import ContestRound
-from lostmotion.discover.gates import corrected_for, large_enough, runs_separate, share_at
+from lostmotion.discover.gates import (
+    accepted,
+    corrected_for,
+    large_enough,
+    runs_separate,
+    share_at,
+)
 from lostmotion.discover.growing_model import Contender, GrowingModel, Lead
 from lostmotion.discover.shortlist import find_leads, strongest, without
 from lostmotion.evidence.contest import Result
@@ -78,9 +84,8 @@ def choose_among(
     apart = [result for result in results if not current.candidates[result.name].of_form]
     contenders = as_kept(tried)
     confirmed = [c for c in contenders if c.passes]
-    if current.has_effects:
-        confirmed, idle = of_use(model, confirmed)
-        rejected = rejected | {c.name for c in idle}
+    confirmed, idle = of_use(model, confirmed)
+    rejected = rejected | {c.name for c in idle}
     effects = [c for c in confirmed if c.candidate.named]
     shape = simplest([c for c in confirmed if not c.candidate.named])
     if shape is not None:
@@ -92,14 +97,14 @@ def choose_among(
     selected = best_of(current, effects, shape)
     step = Step(current, results, selected, contenders, least_arcsec=least)
     if selected is not None and selected.candidate.named:
-        names, first = {c.name for c in confirmed}, of_form(current, selected.name)
+        names, first = {c.name: c for c in confirmed}, replaces_form(current, selected)
         law = imitates_law(current, selected.name)
         large = [
             result
             for result in results
             if may_be_rival(current, result, selected)
             and (
-                (result.name in names and of_form(current, result.name) is first)
+                (result.name in names and replaces_form(current, names[result.name]) is first)
                 or (result.name in names and law and imitates_law(current, result.name))
                 or (
                     result in apart
@@ -114,10 +119,10 @@ def choose_among(
     return step
 
 
-def of_form(current: ContestRound, name: str) -> bool:
-    """Whether a candidate is confounded with the form error."""
-    candidate = current.candidates.get(name)
-    return candidate is not None and candidate.of_form
+def replaces_form(current: ContestRound, contender: Contender) -> bool:
+    """Whether an effect explains what the form error does: found without it, or confounded."""
+    candidate = current.candidates.get(contender.name)
+    return contender.formless is not None or (candidate is not None and candidate.of_form)
 
 
 def imitates_law(current: ContestRound, name: str) -> bool:
@@ -182,11 +187,12 @@ def try_lead(
 
     count = corrected_for(current, lead.candidate)
     contender.size = model.size_within(contender) if lead.size is None else lead.size
-    contender.passes = (
-        contender.gain + model.not_kept(contender) >= rules.GAIN_LEAST
-        and large_enough(lead.round, lead.result, contender.size, least)
-        and (not contender.candidate.named or model.passes_gates(contender, count))
-    )
+    contender.passes = contender.gain + model.not_kept(
+        contender
+    ) >= rules.GAIN_LEAST and large_enough(lead.round, lead.result, contender.size, least)
+    if contender.passes and contender.candidate.named:
+        contender.in_model = model.tested(contender)
+        contender.passes = contender.in_model is not None and accepted(contender.in_model, count)
     if contender.passes and not model.beats_forms(contender):
         return None
     return contender
@@ -225,10 +231,9 @@ def as_kept(contenders: Sequence[Contender]) -> list[Contender]:
 def of_use(
     model: GrowingModel, confirmed: list[Contender]
 ) -> tuple[list[Contender], list[Contender]]:
-    """Remove effects that do not improve the prediction beyond those in the model.
+    """Remove effects that do not improve the prediction of the present model.
 
-    Another effect can imitate the residual of an effect of inexact form within the fitted runs.
-    Therefore the leave-one-run-out error must fall at least as by an effect of the least size. The
+    What is missing must be confirmed by the models of the answer (`GrowingModel.confirms`). The
     strongest effect is tested first, then the next one, until one improves the prediction. Shapes
     are tested only after an effect has failed, because they may be the same residual without a
     name.
@@ -237,11 +242,10 @@ def of_use(
     -------
     confirmed, idle : list of Contender
     """
-    least = rules.SIZE_LEAST * model.within
     left, idle = list(confirmed), list[Contender]()
     for named in (True, False):
         while best := simplest([c for c in left if c.candidate.named is named]):
-            if (not named and not idle) or model.fall_of_left_out(best) >= least**2:
+            if (not named and not idle) or model.confirms(best):
                 break
             left.remove(best)
             idle.append(best)
@@ -267,12 +271,12 @@ def free_count(contender: Contender) -> int:
 def best_of(
     current: ContestRound, effects: list[Contender], shape: Contender | None
 ) -> Contender | None:
-    """Choose between effects and a shape: effects confounded with the form error first.
+    """Choose between effects and a shape: effects that explain the form error first.
 
     A shape that is clearly better than these competes with the other effects.
     """
-    forms = [c for c in effects if of_form(current, c.name)]
-    for group in (forms, [c for c in effects if not of_form(current, c.name)]):
+    forms = [c for c in effects if replaces_form(current, c)]
+    for group in (forms, [c for c in effects if not replaces_form(current, c)]):
         selected = effect_or_shape(current, simplest(group), shape)
         if selected is not None and selected.candidate.named:
             return selected

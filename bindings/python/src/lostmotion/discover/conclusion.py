@@ -128,7 +128,7 @@ def rung_of(step: Step, present: Sequence[str]) -> tuple[str, dict[str, Any]]:
     rivals = sorted(name for name in step.rivals if name not in present)
     said = {
         "verdict": "ambiguous" if rivals else "missing-effect",
-        "confidence": 1.0 - family_p(step.round, chosen.candidate, chosen.result),
+        "confidence": 1.0 - family_p(step.round, chosen.candidate, chosen.tested),
         "rivals": rivals,
     }
     return chosen.name, said

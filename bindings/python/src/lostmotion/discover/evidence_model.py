@@ -129,9 +129,9 @@ class EvidenceModel(GrowingModel):
         result = lead.result
         return Contender(result, lead.candidate, None, result.gain, result.gain_by_run)
 
-    def passes_gates(self, contender: Contender, count: int) -> bool:
+    def tested(self, contender: Contender) -> Result:
         """See `GrowingModel`."""
-        return accepted(contender.result, count)
+        return contender.result
 
     def size_within(self, contender: Contender) -> float:
         """See `GrowingModel`."""

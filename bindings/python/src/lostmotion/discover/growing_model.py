@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from lostmotion import rules
 from lostmotion.candidates.candidate import Candidate
 from lostmotion.discover.contest_round import ContestRound
 from lostmotion.discover.linearise import Settled
@@ -56,6 +57,14 @@ class Contender:
     formless: Settled | None = None
     """The model that was fitted without form error, if the candidate was found by such a model."""
 
+    in_model: Result | None = None
+    """Of the tests of a named effect in the model with it, if they were done."""
+
+    @property
+    def tested(self) -> Result:
+        """Of the tests that it must pass last."""
+        return self.in_model or self.result
+
     @property
     def name(self) -> str:
         """Name of the candidate."""
@@ -87,8 +96,8 @@ class GrowingModel(ABC):
         """The model with a candidate; None if the result is not finite."""
 
     @abstractmethod
-    def passes_gates(self, contender: Contender, count: int) -> bool:
-        """Whether an effect passes the tests in the model with it, corrected for `count` tests."""
+    def tested(self, contender: Contender) -> Result | None:
+        """Result of the tests of an effect in the model with it; None if they are not finite."""
 
     @abstractmethod
     def size_within(self, contender: Contender) -> float:
@@ -96,7 +105,14 @@ class GrowingModel(ABC):
 
     @abstractmethod
     def fall_of_left_out(self, contender: Contender) -> float:
-        """Decrease of the leave-one-run-out mean square by a candidate, arc seconds squared."""
+        """Decrease of the leave-one-run-out mean square by a candidate, arc seconds squared.
+
+        Of the models of the answer (`ladder`).
+        """
+
+    def confirms(self, contender: Contender) -> bool:
+        """Whether the leave-one-run-out error falls at least as by an effect of the least size."""
+        return self.fall_of_left_out(contender) >= (rules.SIZE_LEAST * self.within) ** 2
 
     @abstractmethod
     def take(self, contender: Contender, current: ContestRound) -> None:

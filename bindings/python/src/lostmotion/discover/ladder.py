@@ -23,6 +23,7 @@ from lostmotion.fit.held_out import LeftOut
 from lostmotion.rms import rms_of
 
 FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.intp]
 
 TWO_SIDED = 1.96
 """Standard errors of an interval of 95 %."""
@@ -181,16 +182,22 @@ def harms(before: Rung, after: Rung) -> list[dict[str, Any]]:
     return found
 
 
-def gain(before: Rung, after: Rung) -> tuple[float, list[float]]:
+def gain(before: FloatArray, after: FloatArray, starts: IntArray) -> tuple[float, list[float]]:
     """Decrease of the leave-one-run-out error, arc seconds, with its 95 % interval.
 
     Conditional on these runs: the explained part is fixed, and the residual is random, constant
     within a run and independent between runs.
+
+    Parameters
+    ----------
+    before, after : ndarray
+        Leave-one-run-out residual of two models.
+    starts : ndarray
+        First sample of every run, and the number of samples.
     """
-    was, now = before.heldout_rms_arcsec, after.heldout_rms_arcsec
-    explained = before.left_out - after.left_out
-    starts = after.model.conditions.starts
-    by_run = np.add.reduceat(explained * after.left_out, starts[:-1]) / explained.size
+    was, now = rms_of(before), rms_of(after)
+    explained = before - after
+    by_run = np.add.reduceat(explained * after, starts[:-1]) / explained.size
     runs = by_run.size
     error = 2.0 * float(np.sqrt(np.sum(by_run**2) * runs / max(runs - 1, 1)))
     reach = TWO_SIDED * error / max(was + now, 1e-300)
@@ -214,7 +221,9 @@ def told(rungs: Sequence[Rung], names: Sequence[list[str]]) -> list[dict[str, An
             "heldout_by_condition": rung.by_condition(),
         }
         if number:
-            size, interval = gain(rungs[number - 1], rung)
+            size, interval = gain(
+                rungs[number - 1].left_out, rung.left_out, rung.model.conditions.starts
+            )
             entry |= {
                 "gain_arcsec": size,
                 "gain_interval_arcsec": interval,

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import numpy.typing as npt
 
 from lostmotion import rules
 from lostmotion.candidates import shapes
@@ -33,17 +34,21 @@ from lostmotion.discover.gates import (
     judge_all,
 )
 from lostmotion.discover.growing_model import Contender, GrowingModel, Lead
+from lostmotion.discover.ladder import gain
 from lostmotion.discover.linearise import Settled, noise_rms, plain_rms, settle
 from lostmotion.discover.refits import refit, refitted, sharpen, without_deviations
 from lostmotion.discover.selection import select
 from lostmotion.discover.stepwise_fit import fit_models
-from lostmotion.discover.terms import beyond_form, term_passes, term_size
+from lostmotion.discover.terms import beyond_form, term_size, term_tested
 from lostmotion.effects.effect import Effect
 from lostmotion.evidence.contest import Result
 from lostmotion.evidence.noise import Noise
 from lostmotion.fit.baseline import BaselineModel
-from lostmotion.fit.held_out import held_out_rms
+from lostmotion.fit.held_out import held_out_residual
+from lostmotion.rms import rms_of
 from lostmotion.threads import begin
+
+FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass
@@ -128,9 +133,9 @@ class RecordedModel(GrowingModel):
         self.counts: dict[str, int] = {}
         self.begun: dict[tuple[str, ...], Callable[[], list[BaselineModel]]] = {}
         self.tried: dict[tuple[int, str], tuple[RecordedRound, Contender | None]] = {}
-        self.falls: dict[int, tuple[Settled, float]] = {}
+        self.present: tuple[Settled, FloatArray] | None = None
+        self.left_out: dict[int, tuple[Settled, FloatArray]] = {}
         self.formless: RecordedRound | None = None
-        self.fitted_alike: tuple[Settled, BaselineModel, float] | None = None
         first = self.settled[0].base
         self.given = {
             term.effect.name: term_size(first, place)
@@ -151,7 +156,7 @@ class RecordedModel(GrowingModel):
         """See `GrowingModel`; the noise is estimated again, and the model is linearised for it."""
         base = self.now.base
         candidates, closed = self.candidates(base)
-        self.tried, self.falls = {}, {}
+        self.tried, self.left_out = {}, {}
         now = self.now
         if self.rounds:
             self.largest = largest_model(base, candidates)
@@ -223,11 +228,10 @@ class RecordedModel(GrowingModel):
         """See `GrowingModel`."""
         return contender.formless is None or better_than_forms(contender.formless)
 
-    def passes_gates(self, contender: Contender, count: int) -> bool:
+    def tested(self, contender: Contender) -> Result | None:
         """See `GrowingModel`: linearised at the model with it."""
         assert contender.settled is not None
-        place = len(contender.settled.base.terms) - 1
-        return term_passes(contender.settled, place, count)
+        return term_tested(contender.settled, len(contender.settled.base.terms) - 1)
 
     def size_within(self, contender: Contender) -> float:
         """See `GrowingModel`.
@@ -254,23 +258,42 @@ class RecordedModel(GrowingModel):
         return max(0.0, float(beyond))
 
     def fall_of_left_out(self, contender: Contender) -> float:
-        """See `GrowingModel`; once for each model of a round."""
-        settled = contender.settled
-        assert settled is not None
-        key = id(settled)
-        if key not in self.falls:
-            before, before_rms = self.alike()
-            after = without_deviations(settled.base, before, settled.alike)
-            self.falls[key] = (settled, before_rms**2 - held_out_rms(after) ** 2)
-        return self.falls[key][1]
+        """See `GrowingModel`."""
+        assert contender.settled is not None
+        before, after = self.left_out_present(), self.left_out_residual(contender.settled)
+        return rms_of(before) ** 2 - rms_of(after) ** 2
 
-    def alike(self) -> tuple[BaselineModel, float]:
-        """The present model fitted to all runs together, and its leave-one-run-out rms."""
-        if self.fitted_alike is None or self.fitted_alike[0] is not self.now:
-            known = self.began_with if self.fitted_alike is None else self.fitted_alike[1]
-            base = without_deviations(self.now.base, known, self.now.alike)
-            self.fitted_alike = (self.now, base, held_out_rms(base))
-        return self.fitted_alike[1:]
+    def confirms(self, contender: Contender) -> bool:
+        """See `GrowingModel`; the interval of the gain that the answer states excludes zero."""
+        assert contender.settled is not None
+        before, after = self.left_out_present(), self.left_out_residual(contender.settled)
+        _, (least, _) = gain(before, after, self.now.base.conditions.starts)
+        return least > 0.0 and super().confirms(contender)
+
+    def left_out_residual(self, settled: Settled) -> FloatArray:
+        """Leave-one-run-out residual of a model in the answer, arc seconds; once in a round."""
+        if id(settled) not in self.left_out:
+            residual = held_out_residual(self.in_answer(settled))
+            self.left_out[id(settled)] = (settled, residual)
+        return self.left_out[id(settled)][1]
+
+    def left_out_present(self) -> FloatArray:
+        """The same of the present model, or of a longer fit of it if that predicts better.
+
+        A candidate is not credited for the convergence of the rest.
+        """
+        if self.present is None or self.present[0] is not self.now:
+            longer = without_deviations(self.now.base, self.in_answer(self.now), self.now.alike)
+            fits = (self.left_out_residual(self.now), held_out_residual(longer))
+            self.present = (self.now, min(fits, key=rms_of))
+        return self.present[1]
+
+    def in_answer(self, settled: Settled) -> BaselineModel:
+        """A model as the answer has it: fitted to all runs together, effect by effect."""
+        models = self.begin_fits([term.effect for term in settled.base.terms[self.given_terms :]])()
+        if len(settled.base.additives) == len(self.began_with.additives):
+            return models[-1]
+        return without_deviations(settled.base, models[-1], settled.alike)
 
     def take(self, contender: Contender, current: ContestRound) -> None:
         """See `GrowingModel`; effects of the drive file are kept."""
@@ -279,11 +302,11 @@ class RecordedModel(GrowingModel):
         self.settled.append(without_idle(contender.settled, self.given_terms, self.counts))
         self.begin_fits([term.effect for term in self.now.base.terms[self.given_terms :]])
 
-    def begin_fits(self, found: Sequence[Effect]) -> None:
-        """Begin to fit the present effects to all runs together, while the next are looked for."""
+    def begin_fits(self, found: Sequence[Effect]) -> Callable[[], list[BaselineModel]]:
+        """Begin to fit effects to all runs together, while the next are looked for."""
         names = tuple(effect.name for effect in found)
         if names in self.begun:
-            return
+            return self.begun[names]
         before = self.begun.get(names[:-1])
 
         def models() -> list[BaselineModel]:
@@ -292,6 +315,7 @@ class RecordedModel(GrowingModel):
             return fit_models(base, first, found, self.ratio, known)
 
         self.begun[names] = begin(models)
+        return self.begun[names]
 
     def substitutes(
         self, current: ContestRound, selected: Contender, rivals: Sequence[Result]
@@ -375,7 +399,8 @@ def without_idle(settled: Settled, given: int, counts: Mapping[str, int]) -> Set
     """
     for place in range(len(settled.base.terms) - 2, given - 1, -1):
         count = counts[settled.base.terms[place].effect.name]
-        if not term_passes(settled, place, count):
+        tested = term_tested(settled, place)
+        if tested is None or not accepted(tested, count):
             base = settled.base.copy()
             del base.terms[place]
             settled = refitted(base, settled.noise)

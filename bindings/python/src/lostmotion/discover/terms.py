@@ -6,9 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion.discover.contest_round import Projector
-from lostmotion.discover.gates import accepted
 from lostmotion.discover.linearise import Settled, columns_of
-from lostmotion.evidence.contest import Contest
+from lostmotion.evidence.contest import Contest, Result
 from lostmotion.evidence.gram import gather
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.terms import Additive, Term
@@ -100,11 +99,10 @@ def beyond_form(base: BaselineModel, added: Term | Additive) -> float:
     return (beyond / rest) ** 2 if rest > 0.0 else 1.0
 
 
-def term_passes(settled: Settled, place: int, count: int) -> bool:
-    """Whether a term of a model passes the tests with the others present."""
+def term_tested(settled: Settled, place: int) -> Result | None:
+    """Result of the tests of a term with the others present; None if they are not finite."""
     contest, name = contest_of_term(settled, place)
     try:
-        result = contest.test(name)
+        return contest.test(name)
     except np.linalg.LinAlgError:
-        return False
-    return result is not None and accepted(result, count)
+        return None
