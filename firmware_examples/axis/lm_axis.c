@@ -95,6 +95,7 @@ lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_axis_
   a->last = *at;
   a->command_Nm = a->gravity_Nm;
   a->sensed_Nm = LM_UNKNOWN;
+  a->guided_rad = LM_UNKNOWN;
   a->correction = lm_settle_compensator(&a->compensator, &first);
   take_parameters(a, parameters);
   a->follow.step_rad_s = LM_FOLLOW_STEP_RAD_S;
@@ -317,16 +318,19 @@ static int moves_alone(lm_axis *a) {
 
 /* A test moves the axis, once it would have been closed. */
 static void follow_guide(lm_axis *a, int follows) {
+  const float before_rad = a->guided_rad;
   a->guides = a->guided && follows && a->state == LM_AXIS_PAUSED &&
               (a->guides || a->waits == LM_AXIS_WAITS_PLANNER);
   a->unfed = a->state == LM_AXIS_OPEN ? a->guided : a->unfed;
   a->guided = 0;
+  a->guided_rad = LM_UNKNOWN;
   if (a->guides &&
       size(a->guide_rad + a->guide.correction_rad - a->setpoint_rad) < LM_AXIS_APART_RAD) {
     a->guide.status = a->correction.status;
     a->correction = a->guide;
     a->setpoint_rad = a->guide_rad + added_rad(a);
-    a->moved_rad = a->guide_rad + a->zero_rad - a->command_rad;
+    a->moved_rad = is_known(before_rad) ? a->guide_rad - before_rad : 0;
+    a->guided_rad = a->guide_rad;
     a->command_rad = a->guide_rad + a->zero_rad;
   }
 }

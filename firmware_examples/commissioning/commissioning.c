@@ -32,6 +32,8 @@
 #define TORQUE_STUCK_SHARE 0.02f /* model over measured */
 #define TORQUE_LEAST 0.25f       /* the same: at light load a data sheet is wrong by up to 3 */
 #define TORQUE_MOST 2.0f
+#define SENSED_LEAST 0.5f /* measured over commanded: an inertia may be wrong by a third */
+#define SENSED_MOST 2.0f
 #define LATE_TANGENT 0.7f   /* of the phase: 35 degrees */
 #define HEADROOM_SHARE 0.5f /* of the swing of the lost motion that may remain uncorrected */
 #define PATH_LEAST 0.5f
@@ -131,6 +133,7 @@ commissioning_finding commissioning_start(commissioning *run,
   run->found = 0;
   run->stop = 0;
   run->started = 0;
+  run->sensed = 0;
   run->correction_rad = 0;
   run->command_rad = 0;
   run->finding = COMMISSIONING_RUNNING;
@@ -273,6 +276,29 @@ static float rush_seconds(const commissioning *run) {
   return by_speed_s > by_change_s ? by_speed_s : by_change_s;
 }
 
+/* A load that the model and a measurement see. */
+static int is_seen(const commissioning *run, float torque_Nm) {
+  return torque_Nm > SEEN_FRICTIONS * run->set.friction_Nm &&
+         torque_Nm * lm_find_greatest_slope(&run->set.parameters->curve) >
+             SEEN_NOISES * noise_rad(run);
+}
+
+/* The torque as measured over that of the command. At rest its sign is certain where friction cannot
+ * hide the load; its scale where it hides little. */
+static commissioning_finding judge_sensed(commissioning *run, float commanded_Nm, float share) {
+  const int seen = is_seen(run, commanded_Nm);
+  if (!run->has_sensed || !(seen || (run->stage == STAND && run->set.friction_Nm > 0 &&
+                                     commanded_Nm > run->set.friction_Nm))) {
+    return COMMISSIONING_RUNNING;
+  }
+  run->sensed = 1;
+  run->found = share;
+  return seen && size(share) < TORQUE_STUCK_SHARE            ? COMMISSIONING_TORQUE_STUCK
+         : share < 0                                         ? COMMISSIONING_TORQUE_SIGN
+         : seen && !within(share, SENSED_LEAST, SENSED_MOST) ? COMMISSIONING_TORQUE_SCALE
+                                                             : COMMISSIONING_RUNNING;
+}
+
 static void judge_standstill(commissioning *run) {
   const lm_limits *limits = &run->set.parameters->limits;
   float n = (float)run->tick;
@@ -282,12 +308,19 @@ static void judge_standstill(commissioning *run) {
   float unrest_rad_s2 = square_root(run->sum[2] / n);
   float most_rad = least(limits->correction_rad, run->set.headroom.correction_rad);
   float torque_Nm = run->set.parameters->valid.torque_Nm;
+  commissioning_finding finding;
   float side;
   run->torque_start_Nm = run->sum[5] / n;
   run->found = mean_s;
   if (size(mean_s / limits->period_s - 1) > PERIOD_SHARE ||
       run->sum[1] > PERIOD_ONE * limits->period_s) {
     end(run, COMMISSIONING_PERIOD);
+    return;
+  }
+  finding =
+      judge_sensed(run, size(run->commanded_start_Nm), run->sum[6] / n / run->commanded_start_Nm);
+  if (finding != COMMISSIONING_RUNNING) {
+    end(run, finding);
     return;
   }
   run->found = unrest_rad_s2;
@@ -326,6 +359,7 @@ static void stand(commissioning *run, const commissioning_input *now, const lm_c
   run->sum[3] += moved_rad;
   run->sum[4] += moved_rad * moved_rad;
   run->sum[5] += now->conditions.torque_Nm;
+  run->sum[6] += run->has_sensed ? now->sensed_Nm : 0;
   run->tick += 1;
   if (shadow->status & LM_STATE_CONDITION_MISSING) {
     give_up(run, COMMISSIONING_CONDITION);
@@ -473,24 +507,30 @@ static commissioning_finding judge_torque(commissioning *run, int k) {
 
 /* Signal 0 is the measured lost motion or, without an output encoder, the torque from the motor
  * current; 1 the lost motion of the model; 2 the torque passed to the model; 3 the error of the
- * correction. */
+ * correction; 4 the torque of the command, 5 the same as measured. */
 static void judge_shake(commissioning *run) {
-  commissioning_finding finding = COMMISSIONING_RUNNING;
+  commissioning_finding finding;
   float seen_rad = SEEN_NOISES * noise_rad(run);
   float model_rad = amplitude(run, 1);
   float missed_rad = amplitude(run, 3);
-  int seen =
-      run->has_output
-          ? amplitude(run, 0) > seen_rad
-          : amplitude(run, 0) > SEEN_FRICTIONS * run->set.friction_Nm &&
-                amplitude(run, 0) * lm_find_greatest_slope(&run->set.parameters->curve) > seen_rad;
-  if (seen) {
+  const float *a = &run->sum[8];
+  const float *b = &run->sum[10];
+  const float commanded_Nm = amplitude(run, 4);
+  const int seen = run->has_output ? amplitude(run, 0) > seen_rad : is_seen(run, amplitude(run, 0));
+  /* In phase: friction is not. */
+  finding =
+      judge_sensed(run, commanded_Nm, (a[0] * b[0] + a[1] * b[1]) / (commanded_Nm * commanded_Nm));
+  if (finding != COMMISSIONING_RUNNING) {
+    /* its sign or scale: the checks below would name an effect of it */
+  } else if (seen) {
     finding = judge_torque(run, run->has_output ? 1 : 2);
   } else if (run->has_output && model_rad > 2 * seen_rad) {
     run->found = model_rad / amplitude(run, 0);
     finding = COMMISSIONING_TORQUE_SCALE;
-  } else {
+  } else if (!run->sensed) {
     run->unchecked |= COMMISSIONING_UNCHECKED_TORQUE;
+  } else {
+    /* measured, and as commanded */
   }
   if (finding == COMMISSIONING_RUNNING && run->part) { /* it rang and no longer follows */
     finding = COMMISSIONING_TORQUE_NOISE;
@@ -525,6 +565,8 @@ static void shake(commissioning *run, const commissioning_input *now, const lm_c
     listen(run, 2, &t, torque_Nm);
     run->part |= (shadow->status & LM_STATE_RINGING) != 0;
     listen(run, 3, &t, shadow->correction_rad + shadow->lost_motion_rad); /* missed */
+    listen(run, 4, &t, run->has_sensed ? now->commanded_Nm - run->commanded_start_Nm : 0);
+    listen(run, 5, &t, run->has_sensed ? now->sensed_Nm - run->sensed_start_Nm : 0);
   }
   run->tick += 1;
   if (run->tick > t.length + ticks_of(run, SETTLE_S)) {
@@ -672,6 +714,9 @@ static void take_start(commissioning *run, const commissioning_input *now) {
   run->output_start_rad = now->output_angle_rad;
   run->torque_start_Nm = now->conditions.torque_Nm;
   run->motor_start_Nm = now->motor_torque_Nm;
+  run->has_sensed = known(now->sensed_Nm) && known(now->commanded_Nm);
+  run->sensed_start_Nm = now->sensed_Nm;
+  run->commanded_start_Nm = now->commanded_Nm;
   if (run->stage != OVER) {
     (void)lm_start_compensator(&run->shadow, run->set.parameters, now->conditions.torque_Nm, 0);
     lm_set_headroom(&run->shadow, &run->set.headroom);
@@ -683,7 +728,8 @@ static void take_start(commissioning *run, const commissioning_input *now) {
 static void guard(commissioning *run, const commissioning_input *now) {
   if (!known(now->input_angle_rad) || !known(now->reported_rad) ||
       !known(now->conditions.torque_Nm) || !known(now->elapsed_s) ||
-      ((run->has_output || run->set.output_loop) && !known(now->output_angle_rad))) {
+      ((run->has_output || run->set.output_loop) && !known(now->output_angle_rad)) ||
+      (run->has_sensed && !(known(now->sensed_Nm) && known(now->commanded_Nm)))) {
     give_up(run, COMMISSIONING_INPUT);
   } else if (size(now->reported_rad - run->start_rad - run->command_rad) >
              run->set.follow_bound_rad) {
@@ -783,7 +829,8 @@ const char *commissioning_sentence(commissioning_finding finding) {
       "The torque has the wrong sign: a positive torque turns the output in its positive "
       "direction.",
       "The torque is delayed: its filter is too slow, or the encoders are not latched together.",
-      "The lost motion differs from the model: check the scale of the torque, and whether the "
+      "The lost motion differs from the model, or the measured torque from that of the command: "
+      "check the scale of the torque, inertia and gravity of the command, and whether the "
       "parameters belong to this joint.",
       "The correction at the largest fitted torque exceeds its limit or the headroom.",
       "The headroom of velocity or acceleration is too small: the correction lags.",

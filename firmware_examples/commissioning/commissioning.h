@@ -9,7 +9,8 @@
  * conditions; its output is not used.
  *
  *     stage      motion                                     what is checked
- *     stand      none, 1 s                                  period, noise and range of the torque
+ *     stand      none, 1 s                                  period, noise and range of the torque,
+ *                                                           its sign and scale if it is measured
  *     travel     +travel, back, -travel, back               ratio, encoders, which encoder the loop
  *                                                           closes on
  *     shake      sine of shake_rad at shake_Hz              sign, scale and delay of the torque,
@@ -32,7 +33,8 @@
  *
  * Requirements: an axis at rest, free to move by travel_rad in both directions, with its usual
  * load. Without an output encoder (LM_UNKNOWN) the ratio and the encoder of the loop are not
- * checked, and the torque only against motor_torque_Nm; `unchecked` reports this. Both encoders
+ * checked, and the torque only if it is measured: against that of the command, or against
+ * motor_torque_Nm; `unchecked` reports this. Both encoders
  * must be latched simultaneously: at the velocity of the shake, a difference of 0.1 ms looks like
  * a delayed torque.
  *
@@ -83,9 +85,11 @@ typedef enum commissioning_finding {
 
 /* What could not be checked, as bits. */
 #define COMMISSIONING_UNCHECKED_OUTPUT 1u /* no encoder at the output */
-#define COMMISSIONING_UNCHECKED_TORQUE 2u /* the load hardly changed: shake more or faster */
-#define COMMISSIONING_UNCHECKED_LOOP 4u   /* the lost motion hardly changed: more travel or load */
-#define COMMISSIONING_UNCHECKED_TOOTH 8u  /* an error of 1 in the ratio is not detectable */
+#define COMMISSIONING_UNCHECKED_TORQUE \
+  2u                                     /* without an encoder a torque that is not measured; or the
+                                             load hardly changed: shake more or faster */
+#define COMMISSIONING_UNCHECKED_LOOP 4u  /* the lost motion hardly changed: more travel or load */
+#define COMMISSIONING_UNCHECKED_TOOTH 8u /* an error of 1 in the ratio is not detectable */
 #define COMMISSIONING_UNCHECKED_RATES 16u /* output_loop: size and sign of the rates fed forward */
 
 typedef struct commissioning_settings {
@@ -96,8 +100,8 @@ typedef struct commissioning_settings {
   float shake_rad;        /* at most travel_rad */
   float shake_Hz;         /* 0.2 to 10, below the bandwidth of the position loop */
   float path_rad;         /* at most a fifth of limits.correction_rad, at least 10 noise_rad */
-  float friction_Nm;      /* of the motor, referred to the output, >= 0; a motor_torque_Nm below
-                           * twice this value may be friction */
+  float friction_Nm;      /* of the motor, referred to the output, >= 0; a torque from its current
+                           * below twice this value may be friction */
   float torque_bound_Nm;  /* > 0 */
   float follow_bound_rad; /* > 0 */
   int32_t output_loop;    /* 1: the position loop closes on the encoder at the output, and only the
@@ -113,6 +117,8 @@ typedef struct commissioning_input {
                            * output_loop: that of the encoder at the output */
   float motor_torque_Nm;  /* external torque from the motor current (lm_estimate_torque); LM_UNKNOWN
                            * if there is none, or if it is conditions.torque_Nm */
+  float sensed_Nm;    /* external torque as measured, before a filter; LM_UNKNOWN: it is computed */
+  float commanded_Nm; /* gravity minus inertia times the acceleration of the command; LM_UNKNOWN */
   lm_conditions conditions; /* as the host passes them to the compensator */
 } commissioning_input;
 
@@ -127,7 +133,7 @@ typedef struct commissioning_output {
 } commissioning_output;
 
 #define COMMISSIONING_STOPS 4 /* of the travel */
-#define COMMISSIONING_SUMS 8
+#define COMMISSIONING_SUMS 12
 
 /* One run. The fields are for debuggers. */
 typedef struct commissioning {
@@ -141,9 +147,11 @@ typedef struct commissioning {
   int32_t part; /* of the stage */
   int32_t stop;
   int32_t has_output;
+  int32_t has_sensed;
+  int32_t sensed; /* and compared with that of the command */
   int32_t started;
   float start_rad, input_start_rad, output_start_rad;
-  float torque_start_Nm, motor_start_Nm;
+  float torque_start_Nm, motor_start_Nm, sensed_start_Nm, commanded_start_Nm;
   float stood_rad; /* correction of the parallel compensator at the initial position */
   float command_rad, correction_rad; /* as returned last; the command relative to start_rad */
   float back_rad;                    /* correction at an abort */

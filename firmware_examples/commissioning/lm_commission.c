@@ -26,7 +26,7 @@ commissioning_finding lm_commission_start(lm_commission *c, lm_axis *a, const lm
 
 void lm_commission_step(lm_commission *c, lm_axis *a, lm_drive *d, const lm_conditions *at,
                         float motor_rad, float output_rad) {
-  commissioning_input in = {0, 0, 0, 0, LM_UNKNOWN, LM_CONDITIONS_UNKNOWN};
+  commissioning_input in = {0, 0, 0, 0, LM_UNKNOWN, LM_UNKNOWN, LM_UNKNOWN, LM_CONDITIONS_UNKNOWN};
   int guides;
   c->waited_s = d->wait == LM_AXIS_WAITS_COMMAND ? c->waited_s + a->follow.period_s : 0;
   if (a->state < LM_AXIS_PAUSED && (c->out.finding || c->waited_s > LM_DRIVE_ENABLING_S)) {
@@ -50,7 +50,12 @@ void lm_commission_step(lm_commission *c, lm_axis *a, lm_drive *d, const lm_cond
   in.input_angle_rad = motor_rad;
   in.output_angle_rad = output_rad;
   in.reported_rad = report(c, a, motor_rad, output_rad);
+  in.sensed_Nm = a->source == LM_AXIS_COMMAND ? LM_UNKNOWN : a->sensed_Nm;
+  in.commanded_Nm = a->command_Nm;
   in.conditions = *at;
+  if (a->source == LM_AXIS_CURRENT && !c->begun && a->bound_Nm > c->run.set.friction_Nm) {
+    c->run.set.friction_Nm = a->bound_Nm;
+  }
   c->begun = 1;
   c->out = commissioning_step(&c->run, &in);
   (void)lm_axis_guide(a, c->out.command_rad, &c->out.correction);

@@ -44,6 +44,8 @@ static commissioning_finding try_axis(mistakes wrong) {
         now.input_angle_rad / RATIO + lm_step_model(&joint_parameters, &gear, &at);
     now.reported_rad = motor_rad - out.correction.correction_rad;
     now.motor_torque_Nm = LM_UNKNOWN; /* no torque from the motor current */
+    now.sensed_Nm = wrong.torque_sign * torque_Nm;
+    now.commanded_Nm = torque_Nm;
     now.conditions = at;
     now.conditions.torque_Nm = wrong.torque_sign * torque_Nm;
     out = commissioning_step(&run, &now);

@@ -24,6 +24,7 @@
 #define ACCELERATES_NM 1.6f
 #define RAMP_RAD 1e-4f /* a tick, of a drive that stops by itself */
 #define RATE_RAD_S 0.6f
+#define RATE_OFF_RAD 1e-5f /* a tick: its acceleration */
 
 extern void tick(void);
 extern int power_down(void);
@@ -43,6 +44,9 @@ static lm_memory gear;
 
 static unsigned drawn = 1;
 static int lost, quits, halted;
+static float payload = 1;     /* times WEIGHT_NM */
+static float sensed_sign = 1; /* of the sensor, the current */
+static float rate_off_rad;    /* the velocity feed-forward is not that of the setpoint, a tick */
 
 static unsigned draw(unsigned below) {
   drawn = drawn * 1664525u + 1013904223u;
@@ -58,7 +62,7 @@ static float cosine(float x) { /* of a small angle */
 }
 
 float gravity_Nm(float angle_rad) {
-  return WEIGHT_NM * cosine(angle_rad);
+  return payload * WEIGHT_NM * cosine(angle_rad);
 }
 
 float elapsed_s(void) {
@@ -135,20 +139,21 @@ float motor_rad_s(void) {
 /* Inverse of the estimate. */
 float motor_A(void) {
   static const lm_motor motor = {0.11f, RATIO, 0.75f, 6e-5f, 0.04f, 1e-4f, 1.0f};
+  const float motor_rad_s2 = a->guides ? RATIO * test.out.acceleration_rad_s2 : 0;
   const int bears = on && braked_s == 0;
   float low = -20;
   float high = 20;
   int k;
   for (k = 0; k < 30; ++k) {
     const float middle = (low + high) / 2;
-    const float torque_Nm = lm_estimate_torque(&motor, middle, motor_rad_s(), 0);
+    const float torque_Nm = lm_estimate_torque(&motor, middle, motor_rad_s(), motor_rad_s2);
     if ((torque_Nm < (bears ? load_Nm : 0)) == (RATIO < 0)) {
       low = middle;
     } else {
       high = middle;
     }
   }
-  return low;
+  return sensed_sign * low;
 }
 
 void enable_loop(int order) {
@@ -160,8 +165,11 @@ void release_brake(int order) {
 }
 
 void position_loop(float at_rad, float feed_rad_s, float torque_Nm) {
+  const float step_rad = at_rad / RATIO - setpoint_rad;
+  const float off_rad = size(step_rad - feed_rad_s / RATIO * PERIOD_S);
+  rate_off_rad =
+      on && a->state >= LM_AXIS_PAUSED && off_rad > rate_off_rad ? off_rad : rate_off_rad;
   setpoint_rad = at_rad / RATIO;
-  (void)feed_rad_s;
   feed_Nm = torque_Nm * RATIO;
 }
 
@@ -183,7 +191,7 @@ struct inputs {
 struct inputs in;
 
 float sensor_Nm(void) {
-  return load_Nm;
+  return sensed_sign * load_Nm;
 }
 
 void send(int enable, float at_rad, float torque_Nm) {
@@ -263,7 +271,8 @@ static void move(void) {
   }
   last_motor_rad = before_rad;
   followed_rad = on ? setpoint_rad : motor_over_ratio_rad;
-  load_Nm = WEIGHT_NM * cosine(motor_over_ratio_rad + TRUE_ZERO_RAD);
+  load_Nm = payload * WEIGHT_NM * cosine(motor_over_ratio_rad + TRUE_ZERO_RAD);
+  load_Nm -= a->guides ? INERTIA * test.out.acceleration_rad_s2 : 0;
   at.torque_Nm = load_Nm;
   twist_rad = lm_step_model(&joint_parameters, &gear, &at);
 }
@@ -421,6 +430,7 @@ static int stop(void) {
 
 static int commission_it(void) {
   run = 0;
+  payload = KIND == 0 ? 1.5f : 1; /* more than friction hides from a current */
   ticks(2);
   if (commission() != COMMISSIONING_RUNNING || seconds(6) || test.on) {
     return 10; /* expired */
@@ -434,10 +444,25 @@ static int commission_it(void) {
     return 26; /* of unknown sign */
   }
   (void)seconds(58);
-  if (test.out.finding != COMMISSIONING_SOUND || on || test.on || a->state != LM_AXIS_OPEN) {
+  if (test.out.finding != COMMISSIONING_SOUND || on || test.on || a->state != LM_AXIS_OPEN ||
+      ((test.run.unchecked & COMMISSIONING_UNCHECKED_TORQUE) != 0) != (KIND == 2)) {
     return 20 + (int)test.out.finding;
   }
   run = 0;
+  ticks(2);
+  if (KIND != 2) { /* a measured torque with the wrong sign, without an encoder at the output */
+    sensed_sign = -1;
+    (void)commission();
+    run = 1;
+    (void)seconds(30);
+    sensed_sign = 1;
+    if (test.out.finding != COMMISSIONING_TORQUE_SIGN) {
+      return 27;
+    }
+    run = 0;
+  }
+  payload = 1;
+  (void)seconds(2);
   return 0;
 }
 
@@ -585,5 +610,6 @@ int main(void) {
   failed = failed ? failed : restart(1);
   failed = failed ? failed : restart(0); /* with the gravity of the power-down */
   failed = failed || KIND != 1 ? failed : stop_itself();
+  failed = failed ? failed : rate_off_rad > RATE_OFF_RAD ? 28 : 0;
   return failed ? failed : wander();
 }

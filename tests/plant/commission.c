@@ -156,6 +156,8 @@ typedef enum fault {
   OUTPUT_REPORTED,
   OUTPUT_TORQUE_SIGN,
   OUTPUT_MISTAKEN,
+  SENSOR_SIGN,
+  SENSOR_SCALE,
   FAULTS
 } fault;
 
@@ -200,6 +202,8 @@ static const struct {
     {"the same, correction subtracted from the reported angle", COMMISSIONING_REPORTED, 1},
     {"the same, torque with the wrong sign", COMMISSIONING_TORQUE_SIGN, 1},
     {"loop on the motor, stated as on the output", COMMISSIONING_MOTOR_LOOP, 1},
+    {"torque sensor with the wrong sign, no output encoder", COMMISSIONING_TORQUE_SIGN, 0},
+    {"torque sensor 2.5 times too large, no output encoder", COMMISSIONING_TORQUE_SCALE, 0},
 };
 
 /* The drive around the joint: cascade on the motor encoder, feed-forward. */
@@ -209,6 +213,7 @@ typedef struct host {
   double known_ratio; /* that the loop uses */
   double last_rad, speed_rad_s, wish_rad_s, sum_Nm, motor_Nm;
   double beyond_Nm, late_Nm, frozen_Nm, offset_rad, off_rad;
+  double sensed_Nm, model_Nm;
   int64_t tick;
 } host;
 
@@ -230,6 +235,9 @@ static double host_torque(host *h, const plant *joint, const commissioning_outpu
   double sensed_Nm = joint->shaft_Nm + a->torque_noise_Nm * gauss();
   double told_Nm = model_Nm;
   double slow_rad_s = 0.1 * sqrt(a->make.stiffness_Nm_per_rad / a->make.arm_kgm2);
+  sensed_Nm *= h->wrong == SENSOR_SIGN ? -1 : h->wrong == SENSOR_SCALE ? 2.5 : 1;
+  h->sensed_Nm = sensed_Nm;
+  h->model_Nm = model_Nm;
   h->beyond_Nm += (1 - exp(-slow_rad_s * a->period_s)) * (sensed_Nm - model_Nm - h->beyond_Nm);
   told_Nm += a->has_sensor ? h->beyond_Nm : 0;
   if (h->tick == 0) {
@@ -367,6 +375,8 @@ static outcome run(const axis *a, const lm_parameters *good, fault wrong) {
                 a->friction_known * (a->make.coulomb_Nm * clip(h.speed_rad_s / REVERSAL_RAD_S, 1) +
                                      a->make.viscous_Nms * h.speed_rad_s +
                                      a->make.rotor_kgm2 * (double)out.acceleration_rad_s2));
+    now.sensed_Nm = a->has_sensor ? (float)h.sensed_Nm : LM_UNKNOWN;
+    now.commanded_Nm = (float)h.model_Nm;
     now.conditions = (lm_conditions)LM_CONDITIONS_UNKNOWN;
     now.conditions.torque_Nm = (float)told_Nm;
     if (h.tick < settle) { /* the drive starts, closes its loop and comes to rest */
@@ -497,6 +507,11 @@ int main(int count, char **word) {
     for (wrong = 1; wrong < FAULTS; ++wrong) {
       axis b = a;
       b.has_output = a.has_output || faults[wrong].needs_output;
+      if (wrong == SENSOR_SIGN || wrong == SENSOR_SCALE) {
+        b.has_output = 0;
+        b.has_sensor = 1;
+        b.gravity_Nm = 0.3 * a.rated_Nm; /* else its bound may be reached first */
+      }
       if (wrong == OUTPUT_LOOP || wrong == COMPENSATES ||
           wrong == OUTPUT_MISTAKEN) { /* found if the load changes */
         b.gravity_Nm = 0.7 * a.rated_Nm;
