@@ -99,7 +99,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         drives = {f: search(f, arguments.evaluations, Path(folder)) for f in PROFILES}
     head = (
-        "| flank | reversal lost motion at ±1.6 Nm, arcmin | stiffness at 40 Nm, Nm/rad "
+        "| flank | reversal lost motion at ±1.6 Nm, arcmin | tangent stiffness at 40 Nm, Nm/rad "
         "| pairs that carry at 40 Nm | safety factor |"
     )
     table = "\n".join([head, "|---|---|---|---|---|", *(row(f, d) for f, d in drives.items())])

@@ -87,6 +87,9 @@ def test_predict_gives_the_numbers_of_the_certificate(
     stiffness = certificate["figures"]["stiffness_Nm_per_rad"]
     rows = csv.DictReader((run / "front.csv").read_text().splitlines())
     assert stiffness == pytest.approx(float(next(rows)["stiffness_Nm_per_rad"]), rel=2e-3)
+    # The stiffness of a search is the secant: the tangent at rated torque is another.
+    assert answer["secant_stiffness_Nm_per_rad"] == pytest.approx(stiffness, rel=2e-3)
+    assert answer["stiffness_Nm_per_rad"][-1] > 1.01 * stiffness
 
 
 def test_every_design_of_the_front_is_a_drive_with_margins(

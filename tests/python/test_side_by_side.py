@@ -32,6 +32,7 @@ def test_each_drive_has_a_row_of_what_predict_states(tmp_path: Path) -> None:
             ("reversal_lost_motion_arcmin", alone["reversal_lost_motion_arcmin"]),
             ("angle_at_rated_arcmin", alone["total_arcmin"][0]),
             ("stiffness_at_rated_Nm_per_rad", alone["stiffness_Nm_per_rad"][0]),
+            ("secant_stiffness_Nm_per_rad", alone["secant_stiffness_Nm_per_rad"]),
         ):
             assert float(row[column]) == value
     assert rows[2]["safety_factor"] == ""

@@ -407,6 +407,28 @@ def fitted_torsion_curve(drive: Drive, reach_Nm: float) -> TorsionCurve | None:
     )
 
 
+def secant_stiffness(drive: Drive, torque_Nm: float | None = None) -> float:
+    """Stiffness between a torque and the rated torque: the objective ``stiffness`` of a search.
+
+    Parameters
+    ----------
+    torque_Nm : float, optional
+        By default that of the reversal.
+
+    Returns
+    -------
+    float
+        In N m/rad, at tooth phase 0. It is continuous in the dimensions of a design, while the
+        tangent of the torsion curve jumps when another pair of teeth touches.
+    """
+    rated, low = drive.rated_torque_Nm, reversal_torque(drive) if torque_Nm is None else torque_Nm
+    if drive.catalogue is not None:
+        turned = drive.catalogue.angle([low, rated])
+    else:
+        turned = design_model(drive).torsion_curve([low, rated]).total_rad
+    return float((rated - low) / (turned[1] - turned[0]))
+
+
 def reversal_torque(drive: Drive) -> float:
     """Torque at which manufacturers state lost motion: 4 % of the rated torque."""
     return REVERSAL_TORQUE_SHARE * drive.rated_torque_Nm

@@ -12,7 +12,7 @@ from lostmotion.catalogue import PARTS
 from lostmotion.drives import Drive
 from lostmotion.errors import InputError, given_as
 from lostmotion.idealisations import idealisations
-from lostmotion.model import design_model, fitted_torsion_curve, reversal_torque
+from lostmotion.model import design_model, fitted_torsion_curve, reversal_torque, secant_stiffness
 from lostmotion.results import data_frame, figures
 from lostmotion.results.html_table import html_table
 from lostmotion.sensitivity import hint_sentence, hints, sensitivities
@@ -92,6 +92,7 @@ def predict(drive: Drive, torque_Nm: npt.ArrayLike, phase_rad: float = 0.0) -> P
         schema="lostmotion.prediction/1",
         drive=drive.name,
         kind="catalogue" if drive.catalogue is not None else "design",
+        rated_torque_Nm=drive.rated_torque_Nm,
         torque_Nm=numbers(torque_Nm),
     )
     answer.update(
@@ -125,6 +126,7 @@ def _catalogue(drive: Drive, torque_Nm: npt.ArrayLike) -> dict[str, Any]:
         "total_arcmin": numbers(sheet.angle(torque_Nm) / ARCMIN),
         "parts_arcmin": {part: numbers(parts[part] / ARCMIN) for part in PARTS},
         "stiffness_Nm_per_rad": numbers(sheet.stiffness(torque_Nm)),
+        "secant_stiffness_Nm_per_rad": secant_stiffness(drive),
         "reversal_lost_motion_arcmin": sheet.reversal_lost_motion(at) / ARCMIN,
         "reversal_torque_Nm": at,
         "engaged_teeth_per_lobe": [None] * np.size(torque_Nm),
@@ -152,6 +154,7 @@ def _design(drive: Drive, torque_Nm: npt.ArrayLike, phase_rad: float) -> dict[st
         "total_arcmin": numbers(found.total_rad / ARCMIN),
         "parts_arcmin": {part: numbers(found.parts_rad[part] / ARCMIN) for part in PARTS},
         "stiffness_Nm_per_rad": numbers(found.stiffness_Nm_per_rad),
+        "secant_stiffness_Nm_per_rad": secant_stiffness(drive),
         "reversal_lost_motion_arcmin": model.reversal_lost_motion(at, phase_rad) / ARCMIN,
         "reversal_torque_Nm": at,
         "engaged_teeth_per_lobe": [int(n) for n in found.engaged_teeth],
@@ -176,6 +179,9 @@ def _design(drive: Drive, torque_Nm: npt.ArrayLike, phase_rad: float) -> dict[st
             *idealisations(model),
             "All angles except the reversal lost motion and the free play are one-sided: from the "
             "torque-free middle, in one direction.",
+            "stiffness_Nm_per_rad is the tangent of the torsion curve at each torque; the "
+            "objective stiffness of design is the secant from the torque of the reversal to the "
+            "rated torque, here secant_stiffness_Nm_per_rad.",
             "tolerance_lost_motion is equation (9) in one direction, the radial gap alone; the "
             "objective tolerance_lost_motion of design is the whole reversal lost motion with that "
             "gap, here reversal_lost_motion_by_tolerance.",

@@ -10,7 +10,7 @@ import numpy as np
 from lostmotion.drives import Drive
 from lostmotion.errors import InputError, LostMotionError
 from lostmotion.files import csv_text
-from lostmotion.model import ADVICE, design_model, reversal_torque
+from lostmotion.model import ADVICE, design_model, reversal_torque, secant_stiffness
 from lostmotion.results import data_frame, figures
 from lostmotion.sensitivity import with_value
 from lostmotion.units import ARCMIN
@@ -20,17 +20,20 @@ FIGURES = (
     "worst_lost_motion_arcmin",
     "angle_at_rated_arcmin",
     "stiffness_at_rated_Nm_per_rad",
+    "secant_stiffness_Nm_per_rad",
     "free_play_arcmin",
     "safety_factor",
     "ratcheting_torque_Nm",
     "flank_pressure_MPa",
     "bearing_life_h",
 )
-"""Numbers of a row; a catalogue drive has the first, the third and the fourth."""
+"""Numbers of a row; a catalogue drive has the first and the third to fifth.
+
+The stiffness at rated torque is the tangent there."""
 
 HEAD = ("drive", "ratio", "rated_torque_Nm")
 
-DRAWN = FIGURES[0], FIGURES[3], FIGURES[5]
+DRAWN = FIGURES[0], FIGURES[3], FIGURES[6]
 """Figures that a sweep draws: lost motion, stiffness and safety factor."""
 
 
@@ -133,6 +136,7 @@ def drive_row(drive: Drive) -> dict[str, Any]:
     row["reversal_lost_motion_arcmin"] = reversal / ARCMIN
     row["angle_at_rated_arcmin"] = float(np.asarray(turned)[0]) / ARCMIN
     row["stiffness_at_rated_Nm_per_rad"] = float(np.asarray(stiffness)[0])
+    row["secant_stiffness_Nm_per_rad"] = secant_stiffness(drive)
     numbers = {name: finite(row[name]) for name in FIGURES}
     return {**row, **numbers, "checks_not_kept": broken, "refused": ""}
 

@@ -88,7 +88,7 @@ def run_clearances(arguments: argparse.Namespace) -> None:
 
 def show_sensitivity(rows: list[dict[str, Any]]) -> None:
     """Print the sensitivity to each dimension, and the range in which it holds."""
-    head = ["dimension", "value", "lost motion arcmin", "holds from", "to", "stiffness Nm/rad"]
+    head = ["dimension", "value", "lost motion arcmin", "holds from", "to", "tangent Nm/rad"]
     keys = ("lost_motion_arcmin", "holds_from", "holds_to", "stiffness_Nm_per_rad", "stress")
     digits = {"value": 5, "holds_from": 5, "holds_to": 5}
     print("\nchange per unit of a dimension (per module, per mm):\n")
@@ -133,6 +133,10 @@ def show_prediction(answer: dict[str, Any], sensitivity: bool = False) -> None:
     print(
         f"\nreversal lost motion at +-{answer['reversal_torque_Nm']:.3g} Nm: "
         f"{answer['reversal_lost_motion_arcmin']:.3f} arcmin"
+    )
+    print(
+        f"stiffness, secant from {answer['reversal_torque_Nm']:.3g} to "
+        f"{answer['rated_torque_Nm']:.3g} Nm: {answer['secant_stiffness_Nm_per_rad']:.5g} Nm/rad"
     )
     tolerance = answer["tolerance_um"]
     if answer["defaults"].get("design.tolerance") == "none":

@@ -13,7 +13,8 @@ from lostmotion.terminal import deliver, show_table
 SHOWN = {
     "reversal_lost_motion_arcmin": "lost motion arcmin",
     "worst_lost_motion_arcmin": "worst case",
-    "stiffness_at_rated_Nm_per_rad": "stiffness Nm/rad",
+    "stiffness_at_rated_Nm_per_rad": "tangent Nm/rad",
+    "secant_stiffness_Nm_per_rad": "secant Nm/rad",
     "safety_factor": "safety",
     "checks_not_kept": "failed checks",
 }

@@ -79,8 +79,12 @@ def _facts(data: Contributions, answer: dict[str, Any]) -> list[tuple[str, str]]
             f"{data.at(data.total_arcmin, rated):.3f} arcmin",
         ),
         (
-            "stiffness at rated torque",
+            "stiffness at rated torque, tangent",
             f"{with_zeros(_at(answer, 'stiffness_Nm_per_rad', rated) / 1e3)}·10³ N·m/rad",
+        ),
+        (
+            f"stiffness from {written(data.reversal_torque_Nm)} N·m to rated torque, secant",
+            f"{with_zeros(answer['secant_stiffness_Nm_per_rad'] / 1e3)}·10³ N·m/rad",
         ),
     ]
 
