@@ -12,7 +12,14 @@ import pytest
 from lostmotion.cli import main
 from lostmotion.design.textbook import textbook_drive
 from lostmotion.drawing.files import curves_of
-from lostmotion.drawing.measures import base_half_angle, involute, pin_measure, span_measure
+from lostmotion.drawing.measures import (
+    base_half_angle,
+    drawing_table,
+    involute,
+    pin_measure,
+    shown,
+    span_measure,
+)
 from lostmotion.drives import format_toml, parse_drive
 from lostmotion.model import DesignModel, design_model
 from lostmotion.report.gear_profiles import gear_profiles
@@ -103,10 +110,18 @@ def test_a_span_is_the_distance_of_parallel_tangents_to_two_flanks(model: Design
         assert 2 * last[:, 0].max() == pytest.approx(width, rel=1e-4)
 
 
+def test_the_module_of_the_table_gives_its_diameters() -> None:
+    # 35 mm / 102: with 4 decimals the reference diameter is 4 um off.
+    drive = parse_drive(textbook_drive(14, 51, "discs")[0])
+    rows = {r.key: shown(r.flexspline, r.digits) for r in drawing_table(design_model(drive))}
+    teeth = int(rows["z"])
+    assert float(rows["m"]) * teeth == pytest.approx(float(rows["d"]), abs=1e-4)
+
+
 def test_contours_are_where_the_rim_ends(model: DesignModel) -> None:
     curves = curves_of(model)
     half_rim = model.drive.flexspline.rim_thickness_mm / 2
-    apart = np.hypot(*(curves["generator_seat"] - curves["neutral_line"]).T)
+    apart = np.hypot(*(curves["generator_seat"] - curves["neutral_line_deformed"]).T)
     assert apart == pytest.approx(half_rim, rel=1e-9)
     assert ("cam" in curves) == (model.drive.generator.type == model.core.lib.LM_COSINE)
     assert len(curves["flexspline"]) % model.drive.teeth.flexspline_teeth == 0
@@ -122,7 +137,7 @@ def test_the_command_writes_every_file_and_refuses_a_folder_that_is_there(
     assert [Path(f).name for f in answer["files"]] == [
         "flexspline.csv",
         "rigid.csv",
-        "neutral_line.csv",
+        "neutral_line_deformed.csv",
         "generator_seat.csv",
         "cam.csv",
         "table.csv",

@@ -91,6 +91,7 @@ def test_every_key_of_a_design_is_in_the_file_which_reads_as_what_was_made(
 @pytest.mark.parametrize(
     ("words", "said"),
     [
+        ("size-20 hat", "found 'hat', expected a name, or one of cosine"),
         ("size-x", "found 'size-x', expected numbers, as in size-20 ratio-100"),
         ("size-20 size-25", "size: found '20' and '25', expected one size"),
         ("discs ring", "wave generator: found 'discs' and 'ring', expected one wave generator"),

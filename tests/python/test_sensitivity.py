@@ -13,6 +13,9 @@ import pytest
 from lostmotion.cli import main
 from lostmotion.design.textbook import textbook_drive
 from lostmotion.drives import Drive, format_toml, parse_drive
+from lostmotion.errors import InputError
+from lostmotion.idealisations import interference
+from lostmotion.model import design_model
 from lostmotion.sensitivity import (
     figures_of,
     hint_sentence,
@@ -94,6 +97,39 @@ def test_predict_prints_hints_and_sensitivity(
     assert main(["predict", str(file), "--json", "-"]) == 0
     answer = json.loads(capsys.readouterr().out)
     assert {one["key"] for one in answer["sensitivity"]} >= {"teeth.face_width_mm"}
+
+
+def test_torques_beyond_the_ratcheting_torque_are_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "drive.toml"
+    file.write_text(format_toml(drawn().document))
+    ratchets = {c.name: c.value for c in design_model(drawn()).checks()}["ratcheting_torque"]
+    for share, said in ((0.99, 0), (1.01, 2)):
+        reach = share * ratchets
+        assert main(["predict", str(file), f"--torque={-reach}:{reach}:3"]) == 0
+        out = capsys.readouterr().out
+        assert (f"{said} torques: Angles at torques beyond" in out) == bool(said)
+        assert ("do not ratchet" in out) == bool(said)
+
+
+@pytest.mark.parametrize(
+    ("fit", "said"), [("H7/p6", ["up to 21 um"]), ("H7/h6", []), ("H7/g6", [])]
+)
+def test_an_interference_fit_is_said_to_count_as_no_gap(fit: str, said: list[str]) -> None:
+    document = copy.deepcopy(drawn().document)
+    entry = {"kind": "fit", "name": "seat", "fit": fit, "nominal_mm": 40, "zone": "generator"}
+    document["design"]["tolerance"] = [entry]
+    found = interference(design_model(parse_drive(document)))
+    assert len(found) == len(said)
+    assert all(word in line for word, line in zip(said, found, strict=True))
+
+
+def test_a_planar_drive_with_sections_is_refused_by_both_keys() -> None:
+    document = copy.deepcopy(drawn().document)
+    document["design"]["planar_only"] = True
+    with pytest.raises(InputError, match="axial_sections = 3, expected axial_sections = 1"):
+        design_model(parse_drive(document))
 
 
 def test_a_bought_drive_has_no_dimensions(capsys: pytest.CaptureFixture[str]) -> None:

@@ -42,6 +42,26 @@ def test_each_drive_has_a_row_of_what_predict_states(tmp_path: Path) -> None:
     ]
 
 
+def test_a_refused_file_has_a_row_with_the_reason(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table, bad, gone = tmp_path / "out.csv", tmp_path / "bad.toml", tmp_path / "gone.toml"
+    bad.write_text(DRIVES[0].read_text().replace("flexspline_teeth = ", "flexspline_teeth = 1"))
+    files = [*map(str, (DRIVES[0], bad, gone, DRIVES[2]))]
+    assert main(["predict", *files, "--table", str(table)]) == 0
+    assert capsys.readouterr().out.count("refused: ") == 2
+    with table.open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    assert [bool(row["refused"]) for row in rows] == [False, True, True, False]
+    assert [bool(row["reversal_lost_motion_arcmin"]) for row in rows] == [True, False, False, True]
+    assert (rows[1]["drive"], rows[2]["drive"]) == (str(bad), str(gone))
+    assert "teeth" in rows[1]["refused"]
+    # If there is no row of numbers, nothing is written.
+    assert main(["predict", str(bad), str(gone), "--table", str(tmp_path / "none.csv")]) == 2
+    assert not (tmp_path / "none.csv").exists()
+    assert capsys.readouterr().err.count("\n") == 1
+
+
 def test_a_sweep_changes_one_key_and_states_what_it_refuses(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

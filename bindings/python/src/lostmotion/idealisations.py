@@ -27,6 +27,7 @@ def idealisations(model: DesignModel) -> list[str]:
             else "The rim is a thin ring on the supports of the wave generator, which act in both "
             "directions; one ball is on the deformation axis."
         ),
+        *interference(model),
         (
             "Stresses of flanks and roots are means over the face; the ratcheting torque is "
             "extrapolated from the deflection at rated torque."
@@ -40,6 +41,20 @@ def idealisations(model: DesignModel) -> list[str]:
                 "these angles."
             ]
         ),
+    ]
+
+
+def interference(model: DesignModel) -> list[str]:
+    """State that an interference fit counts as no gap, for each zone in which there can be one."""
+    least = {"generator": model.drive.gap.generator_mm, "teeth": model.drive.gap.teeth_mm}
+    for link in model.tolerance_budget():
+        ends = [link["influence"] * link[f"{end}_um"] / 1e3 for end in ("lower", "upper")]
+        least[link["zone"]] += min(ends)
+    return [
+        f"Interference of up to {-1e3 * gap:.3g} um by the tolerances of zone '{zone}' counts as "
+        "no gap: the pressure of the fit changes neither stresses nor stiffness here."
+        for zone, gap in least.items()
+        if round(gap, 9) < 0
     ]
 
 

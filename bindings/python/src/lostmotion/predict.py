@@ -35,6 +35,13 @@ def show_default(value: bool | float | str) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
+BEYOND = (
+    "Angles at torques beyond {:.4g} Nm, the ratcheting torque of this drive, are those of teeth "
+    "that do not ratchet: a real drive jumps there."
+)
+"""Remark on torques that the teeth cannot carry."""
+
+
 class Prediction(dict[str, Any]):
     """Answer of `predict`, with its curves as a data frame and as a figure."""
 
@@ -150,6 +157,9 @@ def _design(drive: Drive, torque_Nm: npt.ArrayLike, phase_rad: float) -> dict[st
     at = reversal_torque(drive)
     limits = model.tolerance_limits()
     state = model.mesh_state(phase_rad)
+    checks = model.checks()
+    ratchets = next(check.value for check in checks if check.name == "ratcheting_torque")
+    beyond = float(np.max(np.abs(torque_Nm))) > ratchets
     return {
         "total_arcmin": numbers(found.total_rad / ARCMIN),
         "parts_arcmin": {part: numbers(found.parts_rad[part] / ARCMIN) for part in PARTS},
@@ -171,11 +181,13 @@ def _design(drive: Drive, torque_Nm: npt.ArrayLike, phase_rad: float) -> dict[st
         "free_play_arcmin": 2.0 * state["free_play_rad"] / ARCMIN,
         "flank_angle_rad": state["flank_angle_rad"],
         "gap_closing_torque_Nm": state["gap_torque_Nm"],
+        "ratcheting_torque_Nm": ratchets,
         "checks": [
             {key: value for key, value in vars(check).items() if key != "meaning"}
-            for check in model.checks()
+            for check in checks
         ],
         "assumptions": [
+            *([BEYOND.format(ratchets)] if beyond else []),
             *idealisations(model),
             "All angles except the reversal lost motion and the free play are one-sided: from the "
             "torque-free middle, in one direction.",

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import functools
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from lostmotion.drives import Drive
+from lostmotion.drives import Drive, read_drive
 from lostmotion.errors import InputError, LostMotionError
 from lostmotion.files import csv_text
 from lostmotion.model import ADVICE, design_model, reversal_torque, secant_stiffness
 from lostmotion.results import data_frame, figures
 from lostmotion.sensitivity import with_value
 from lostmotion.units import ARCMIN
+
+Row = dict[str, Any]
 
 FIGURES = (
     "reversal_lost_motion_arcmin",
@@ -63,16 +67,49 @@ class SideBySide(dict[str, Any]):
         return figures.points(x, y, "Side by side", (across, DRAWN[0]))
 
 
-def tabulate(drives: Iterable[Drive]) -> SideBySide:
+def tabulate(drives: Iterable[Drive | str | Path]) -> SideBySide:
     """Return the figures of several drives, one row each.
+
+    Parameters
+    ----------
+    drives : iterable of Drive, str or Path
+        Drives, or their files.
 
     Raises
     ------
     InputError
-        For a drive that the library refuses.
+        If all of them are refused; if some are accepted, the rows of the others state the reason.
     """
-    rows = [drive_row(drive) for drive in drives]
+
+    def row_of(drive: Drive | str | Path) -> dict[str, Any]:
+        return drive_row(drive if isinstance(drive, Drive) else read_drive(drive))
+
+    listed = list(drives)
+    names = [one.name if isinstance(one, Drive) else str(one) for one in listed]
+    rows = rows_of(names, [functools.partial(row_of, one) for one in listed])
     return SideBySide(schema="lostmotion.table/1", swept=None, rows=rows)
+
+
+def rows_of(names: Sequence[str], made: Sequence[Callable[[], dict[str, Any]]]) -> list[Row]:
+    """Make rows; that of a refused drive states its name and the reason.
+
+    Raises
+    ------
+    InputError
+        If all are refused: the reason of the first.
+    """
+    rows: list[Row] = []
+    errors: list[LostMotionError] = []
+    for name, make in zip(names, made, strict=True):
+        try:
+            rows.append(make())
+        except LostMotionError as error:
+            errors.append(error)
+            empty = dict.fromkeys((*HEAD, *FIGURES, "checks_not_kept"))
+            rows.append({**empty, "drive": name, "refused": str(error)})
+    if errors and len(errors) == len(rows):
+        raise errors[0]
+    return rows
 
 
 def sweep(drive: Drive, key: str, values: Sequence[float]) -> SideBySide:
@@ -90,18 +127,13 @@ def sweep(drive: Drive, key: str, values: Sequence[float]) -> SideBySide:
         If the library refuses all of them; if it accepts some, the rows of the others state the
         reason.
     """
-    rows: list[dict[str, Any]] = []
-    errors: list[LostMotionError] = []
-    for value in values:
-        try:
-            row = drive_row(with_value(drive, key, float(value)))
-        except LostMotionError as error:
-            errors.append(error)
-            row = dict.fromkeys((*HEAD, *FIGURES, "checks_not_kept"))
-            row |= {"drive": drive.name, "refused": str(error)}
-        rows.append({key: float(value), **row})
-    if errors and len(errors) == len(rows):
-        raise errors[0]
+
+    def row_of(value: float) -> dict[str, Any]:
+        return drive_row(with_value(drive, key, value))
+
+    wanted = [float(value) for value in values]
+    made = rows_of([drive.name] * len(wanted), [functools.partial(row_of, one) for one in wanted])
+    rows = [{key: value, **row} for value, row in zip(wanted, made, strict=True)]
     return SideBySide(schema="lostmotion.table/1", swept=key, rows=rows)
 
 

@@ -506,6 +506,12 @@ def _odd_teeth(design: Design, error: LibraryError) -> tuple[str, str]:
     return f"{error.found:.0f}", f"an even number, {pair}: both lobes need equal tooth positions"
 
 
+def _planar_sections(design: Design, error: LibraryError) -> tuple[str, str]:
+    sections = design.values["axial_sections"].value
+    expected = "axial_sections = 1 with it, or planar_only = false"
+    return f"true with axial_sections = {sections}", expected
+
+
 def _difference(design: Design, error: LibraryError) -> tuple[str, str]:
     more = "more" if error.low > design.values["teeth.flexspline_teeth"].value else "less"
     return f"{error.found:.0f}", f"{error.low:.0f}, two {more} than the flexspline has"
@@ -515,7 +521,7 @@ def _other_ratio(design: Design, error: LibraryError) -> tuple[str, str]:
     flexspline, rigid = (design.values[f"teeth.{gear}_teeth"].value for gear in GEARS)
     return (
         f"{error.found:.6g}",
-        f"{flexspline / 2:g}(the flexspline turns the output) or {rigid / 2:g}(the rigid gear "
+        f"{flexspline / 2:g} (the flexspline turns the output) or {rigid / 2:g} (the rigid gear "
         "does), of either sign",
     )
 
@@ -657,6 +663,7 @@ CONTRADICTIONS: dict[str, Callable[[Design, LibraryError], tuple[str, str]]] = {
     "teeth.rigid_shift": _no_reach,
     "generator.type": _unfit_generator,
     "ratio": _other_ratio,
+    "planar_only": _planar_sections,
 }
 """What was found and what was expected where a value contradicts others, by key."""
 

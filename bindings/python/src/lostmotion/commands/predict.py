@@ -13,7 +13,7 @@ from lostmotion.drives import MOST_TORQUE_NM, read_drive
 from lostmotion.errors import InputError, one_line
 from lostmotion.model import ADVICE, Check, check_meanings
 from lostmotion.options import read_number, whole_number
-from lostmotion.predict import clearances, predict, show_default
+from lostmotion.predict import BEYOND, clearances, predict, show_default
 from lostmotion.terminal import deliver, fixed, show_list, show_table
 
 DEFAULT_TORQUES = 33
@@ -138,6 +138,9 @@ def show_prediction(answer: dict[str, Any], sensitivity: bool = False) -> None:
         f"stiffness, secant from {answer['reversal_torque_Nm']:.3g} to "
         f"{answer['rated_torque_Nm']:.3g} Nm: {answer['secant_stiffness_Nm_per_rad']:.5g} Nm/rad"
     )
+    beyond = [t for t in answer["torque_Nm"] if abs(t) > answer.get("ratcheting_torque_Nm", abs(t))]
+    if beyond:
+        print(f"{len(beyond)} torques: {BEYOND.format(answer['ratcheting_torque_Nm'])}")
     tolerance = answer["tolerance_um"]
     if answer["defaults"].get("design.tolerance") == "none":
         print("no tolerances are stated: the radial gap is nominal")

@@ -33,7 +33,7 @@ def run_table(arguments: argparse.Namespace) -> None:
     if float(arguments.phase_deg) != 0.0:
         raise InputError("--phase-deg", "", "the option together with a table", "tooth phase 0")
     if arguments.sweep is None:
-        answer = tabulate([read_drive(file) for file in arguments.drive])
+        answer = tabulate(arguments.drive)
     else:
         if len(arguments.drive) > 1:
             found = f"{len(arguments.drive)} drive files"

@@ -20,9 +20,9 @@ def rim_contours(model: DesignModel) -> dict[str, Array]:
     Returns
     -------
     dict of ndarray, shape (n, 2)
-        ``neutral_line``; ``generator_seat``, the face of the rim that the wave generator presses;
-        ``cam``, under the balls and races of the bearing (only cam and ellipse, and only if the
-        curve has no cusp).
+        ``neutral_line_deformed``; ``generator_seat``, the face of the rim that the wave generator
+        presses; ``cam``, under the balls and races of the bearing (only cam and ellipse, and only
+        if the curve has no cusp).
     """
     mesh = make_mesh(model)
     drive, lib = model.drive, model.core.lib
@@ -39,7 +39,7 @@ def rim_contours(model: DesignModel) -> dict[str, Array]:
             ]
         )
 
-    found = {"neutral_line": offset(0.0), "generator_seat": offset(seat)}
+    found = {"neutral_line_deformed": offset(0.0), "generator_seat": offset(seat)}
     if drive.generator.type in (lib.LM_COSINE, lib.LM_ELLIPSE) and bearing > 0:
         found["cam"] = offset(seat + bearing)
     return found

@@ -17,7 +17,7 @@ from lostmotion.report.svg import Array
 
 NO_EZDXF = "DXF needs the package ezdxf: pip install 'lostmotion[dxf]'; --csv-only leaves it out"
 
-LAYERS = {"flexspline": 5, "rigid": 8, "generator_seat": 1, "neutral_line": 3, "cam": 6}
+LAYERS = {"flexspline": 5, "rigid": 8, "generator_seat": 1, "neutral_line_deformed": 3, "cam": 6}
 """AutoCAD colour index by layer."""
 
 

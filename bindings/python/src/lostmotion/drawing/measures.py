@@ -86,6 +86,10 @@ def base_half_angle(model: DesignModel, profile: GearProfile) -> float:
     )
 
 
+MODULE_DIGITS = 8
+"""Decimals of the module, which is multiplied by the number of teeth: all that `new` writes."""
+
+
 def span_measure(model: DesignModel, profile: GearProfile) -> tuple[int, float] | None:
     """Base tangent length over k teeth of an external gear; None if no k touches the flanks."""
     if profile.internal:
@@ -128,7 +132,7 @@ def drawing_table(model: DesignModel) -> list[Row]:
 
     return [
         row("z", "number of teeth", "", [g.teeth for g in gears], 0),
-        row("m", "module", "mm", [m, m]),
+        row("m", "module", "mm", [m, m], MODULE_DIGITS),
         row("alpha", "pressure angle of the basic rack", "deg", angle),
         row("x", "profile shift", "modules", [teeth.flexspline_shift, teeth.rigid_shift]),
         row("d", "reference diameter", "mm", [m * g.teeth for g in gears]),
