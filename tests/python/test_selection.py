@@ -6,6 +6,7 @@ import dataclasses
 import os
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -73,6 +74,14 @@ def test_a_shape_that_beats_an_effect_of_the_form_hides_no_better_effect(warm_ga
         assert best_of(step.round, [form], shape) is shape
         assert best_of(step.round, [form, right], None) is form
         assert best_of(step.round, [], None) is None
+        # One that was found without form error as well is compared with it, and with no other.
+        fitted = dataclasses.replace(form, candidate=right.candidate, result=right.result, gain=9.0)
+        fitted.formless = fitted.settled
+        other = dataclasses.replace(
+            right, result=dataclasses.replace(right.result, name="another"), gain=50.0
+        )
+        assert best_of(step.round, [form, fitted, other], None) is fitted
+        assert best_of(step.round, [fitted, other], None) is other
     finally:
         del step.round.candidates[own.name]
 
@@ -215,9 +224,9 @@ def test_what_unseen_runs_do_not_confirm_is_of_no_use_beside_an_effect(warm_gap)
 
 def test_a_gain_of_which_the_interval_contains_zero_confirms_no_effect(warm_gap):
     """As if the effect halved the residual of one run only, or that of all runs."""
-    model, current = model_before(warm_gap), warm_gap.selection.steps[0].round
-    found = {result.name: result for result in warm_gap.selection.steps[0].results}
-    opened = refit(current, found["thermal_gap"])
+    model = RecordedModel.__new__(RecordedModel)
+    model.settled, model.within = [warm_gap.selection.settled[0]], 1.0
+    opened = SimpleNamespace(settled=warm_gap.selection.settled[1])
     c = model.now.base.conditions
     for last, confirmed in ((1, False), (c.runs, True)):
         after = np.random.default_rng(0).normal(size=c.rows)

@@ -97,14 +97,15 @@ def choose_among(
     selected = best_of(current, effects, shape)
     step = Step(current, results, selected, contenders, least_arcsec=least)
     if selected is not None and selected.candidate.named:
-        names, first = {c.name: c for c in confirmed}, replaces_form(current, selected)
+        names, forms = {c.name for c in confirmed}, replace_form(current, effects)
+        first = selected.name in forms
         law = imitates_law(current, selected.name)
         large = [
             result
             for result in results
             if may_be_rival(current, result, selected)
             and (
-                (result.name in names and replaces_form(current, names[result.name]) is first)
+                (result.name in names and (result.name in forms) is first)
                 or (result.name in names and law and imitates_law(current, result.name))
                 or (
                     result in apart
@@ -119,10 +120,19 @@ def choose_among(
     return step
 
 
-def replaces_form(current: ContestRound, contender: Contender) -> bool:
-    """Whether an effect explains what the form error does: found without it, or confounded."""
-    candidate = current.candidates.get(contender.name)
-    return contender.formless is not None or (candidate is not None and candidate.of_form)
+def replace_form(current: ContestRound, effects: Sequence[Contender]) -> set[str]:
+    """Names of the effects that explain what the form error does, if any is confounded with it.
+
+    Those that were found without form error are compared with it, whatever their tangents.
+    """
+    names = {c.name for c in effects if of_form(current, c.name)}
+    return names | {c.name for c in effects if c.formless is not None} if names else names
+
+
+def of_form(current: ContestRound, name: str) -> bool:
+    """Whether a candidate is confounded with the form error."""
+    candidate = current.candidates.get(name)
+    return candidate is not None and candidate.of_form
 
 
 def imitates_law(current: ContestRound, name: str) -> bool:
@@ -275,8 +285,9 @@ def best_of(
 
     A shape that is clearly better than these competes with the other effects.
     """
-    forms = [c for c in effects if replaces_form(current, c)]
-    for group in (forms, [c for c in effects if not replaces_form(current, c)]):
+    forms = replace_form(current, effects)
+    for first in (True, False):
+        group = [c for c in effects if (c.name in forms) is first]
         selected = effect_or_shape(current, simplest(group), shape)
         if selected is not None and selected.candidate.named:
             return selected
