@@ -532,7 +532,7 @@ def moved(points: list[list[float]], index: int, x: float, y: float) -> list[lis
 def test_points_that_make_no_flank_are_refused() -> None:
     points = points_of_the_published_arcs()
     for document, said in (
-        (pointed_document(points[:3]), "4 to 129"),
+        (pointed_document(points[:3]), "4 or more"),
         (pointed_document(points[10:]), "design.teeth.root_clearance"),
         (pointed_document(points[:-10]), "design.teeth.tooth_height"),
         (pointed_document(moved(points, 50, *points[49])), "y only rises"),

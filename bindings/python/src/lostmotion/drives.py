@@ -25,7 +25,7 @@ from lostmotion.core import core, library_effects, value_ranges
 from lostmotion.errors import InputError, did_you_mean
 from lostmotion.files import TEXT_BYTES_MAX, read_bytes, write_whole
 from lostmotion.friction import FORMS
-from lostmotion.keys import Key, as_in_file, key_label, read_keys
+from lostmotion.keys import Key, TableEntry, as_in_file, key_label, read_keys
 from lostmotion.recordings.protocol import FREE, SIDES, Protocol
 from lostmotion.structs import Design, Entry
 
@@ -226,6 +226,7 @@ def _catalogue(file: str, table: Any, rated_Nm: float) -> Catalogue:
 
 def _design(file: str, table: Any, ratio: float, rated: float) -> Design:
     sections = [name for name in structs.FIELDS if name]
+    tolerances: dict[str, TableEntry] = {}
     top = read_keys(file, "design", table, structs.FIELDS[""], tables=(*sections, *CHAINS))
     values = {
         structs.field_path("", key): top[key.name] for key in structs.FIELDS[""] if key.name in top
@@ -237,11 +238,18 @@ def _design(file: str, table: Any, ratio: float, rated: float) -> Design:
             raise InputError(file, f"design.{section}", "no such table", f"[design.{section}]")
         keys = structs.FIELDS[section]
         more = flank_points.KEYS if section == "flank" else ()
-        read = read_keys(file, f"design.{section}", table[section], keys, tables=more)
+        extra = flank_points.TOLERANCES if section == "flank" else ()
+        read = read_keys(file, f"design.{section}", table[section], [*keys, *extra], tables=more)
+        tolerances |= {key.name: read[key.name] for key in extra if key.name in read}
         values |= {
             structs.field_path(section, key): read[key.name] for key in keys if key.name in read
         }
     chains = {name: _chain(file, name, table) for name in CHAINS}
+    flanks = [
+        flank_points.read_points(file, table.get("flank", {}), gear, tolerances)
+        for gear in flank_points.PREFIXES
+    ]
+    own, rigid = (None if flank is None else flank.points for flank in flanks)
     design = Design(
         file,
         ratio,
@@ -250,8 +258,9 @@ def _design(file: str, table: Any, ratio: float, rated: float) -> Design:
         chains["radial_chain"],
         chains["torsion_chain"],
         chains["tolerance"],
-        flank_points.read_points(file, table.get("flank", {}), "flexspline"),
-        flank_points.read_points(file, table.get("flank", {}), "rigid"),
+        own,
+        rigid,
+        tuple(itertools.chain.from_iterable(flank.remarks for flank in flanks if flank)),
     )
     for gear, points in (("flexspline", design.points), ("rigid", design.rigid_points)):
         kind = values.get(f"teeth.{gear}_flank")

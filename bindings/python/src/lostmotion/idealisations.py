@@ -27,10 +27,11 @@ def idealisations(model: DesignModel) -> list[str]:
             else "The rim is a thin ring on the supports of the wave generator, which act in both "
             "directions; one ball is on the deformation axis."
         ),
+        *model.design.remarks,
         *interference(model),
         (
             "Stresses of flanks and roots are means over the face; the ratcheting torque is "
-            "extrapolated from the deflection at rated torque."
+            "extrapolated from the deflection at rated torque, and depends on it."
         ),
         *(
             []

@@ -113,7 +113,7 @@ def with_value(drive: Drive, key: str, value: float) -> Drive:
     stem = split_unit(name)[0]
     for written in [w for w in table if w != name and split_unit(w)[0] == stem]:
         del table[written]
-    whole = isinstance(table.get(name), int) and value == int(value)
+    whole = not isinstance(table.get(name), float) and value == int(value)
     table[name] = int(value) if whole else value
     return parse_drive(document, drive.file)
 

@@ -237,6 +237,8 @@ class Design:
         None if the file has none.
     points, rigid_points : tuple of pairs or None
         Points of the flanks.
+    remarks : tuple of str
+        What was done to the points of the files.
     """
 
     file: str
@@ -248,6 +250,7 @@ class Design:
     tolerances: Sequence[Entry] | None = None
     points: Points | None = None
     rigid_points: Points | None = None
+    remarks: tuple[str, ...] = ()
 
 
 def field_path(section: str, key: Key) -> str:
