@@ -692,11 +692,14 @@ static int is_doubtful(const draft *d, int interval) {
   return missed_at(d, interval) > allowed || missed_at(d, interval + 1) > allowed;
 }
 
-/* Halves an interval until the cubic meets the middle, at most three times: the last time where it
- * misses by more than a node may. The reason may be a zone that is the greatest nowhere else, so
- * all are searched. A flank of points is halved once more in any case: its cubic may meet the middle
- * and miss beside it. */
-#define HALVINGS 3
+/* Halves an interval until the cubic meets the middle, at most as often as this: the last time where
+ * it misses by more than a node may. The reason may be a zone that is the greatest nowhere else, so
+ * all are searched. A flank of points is halved once more in any case. */
+#define HALVINGS 5
+
+/* A cubic that meets the middle with another slope misses beside it: an error with the factor
+ * x^2 (1 - x)^2 that vanishes in the middle is this share of its slope there at most. */
+#define BESIDE_SHARE LM_REAL(0.143)
 
 static void add_halves(draft *d, const maker *b, lm_real b_place, const maker *beyond, int rest,
                        int halvings) {
@@ -707,6 +710,7 @@ static void add_halves(draft *d, const maker *b, lm_real b_place, const maker *b
   const lm_real width = b_place - a_place;
   maker middle;
   lm_real missed;
+  lm_real turned;
   if (c->intervals + 2 + rest > LM_CONJUGATE_INTERVALS_MAX) {
     add_piece(d, b, b_place, beyond, rest);
     return;
@@ -715,10 +719,13 @@ static void add_halves(draft *d, const maker *b, lm_real b_place, const maker *b
   missed = cubic(width, LM_REAL(0.5), a.theta, by_place(c, &a, a_place), b->theta,
                  by_place(c, b, b_place)) -
            middle.theta;
+  turned = LM_REAL(1.5) * (b->theta - a.theta) -
+           LM_REAL(0.25) * width * (by_place(c, &a, a_place) + by_place(c, b, b_place)) -
+           width * by_place(c, &middle, place);
+  missed = real_fabs(missed) + BESIDE_SHARE * real_fabs(turned);
   if (halvings > HALVINGS ||
-      (halvings > 1 &&
-       real_fabs(missed) * c->top_mm > (halvings == HALVINGS ? LM_REAL(1) : wider_error(d)) *
-                                           MISSED_MODULES * d->g->geometry->module_mm)) {
+      (halvings > 1 && missed * c->top_mm > (halvings == HALVINGS ? LM_REAL(1) : wider_error(d)) *
+                                                MISSED_MODULES * d->g->geometry->module_mm)) {
     add_halves(d, &middle, place, &middle, rest + 1, halvings - 1);
     add_halves(d, b, b_place, beyond, rest, halvings - 1);
   } else {
@@ -747,17 +754,52 @@ static void refine(const draft *rough, draft *d) {
   }
 }
 
+/* Bounds of the derivatives by the radius over a piece. With h = 1 / (top - low), the second one is
+ * h^2 (s xi_ss - xi_s) / (4 s^3). The bracket n is n_0 + 3 d (s^2 - s_0^2) with the coefficient d of
+ * the cube, so this has one extreme at most, 2 d h^2 / (4 s) where n = 2 d s^2. */
+static void bound_piece(lm_conjugate *c, int i) {
+  const lm_plain cube = LM_VALUE(c->cube[i]);
+  const lm_plain from = LM_VALUE(c->place[i]);
+  const lm_plain to = LM_VALUE(c->place[i + 1]);
+  const lm_plain square = from * from;
+  const lm_plain scale = LM_VALUE(c->per_height) * LM_VALUE(c->per_height) / LM_PLAIN(4);
+  const lm_plain bracket = LM_PLAIN(2) * LM_VALUE(c->square[i]) * from - LM_VALUE(c->slope_low[i]);
+  const lm_plain width = to * to - square;
+  const lm_plain at_from = scale * bracket / (square * from);
+  const lm_plain at_to = scale * (bracket + LM_PLAIN(3) * cube * width) / (to * to * to);
+  const lm_plain extreme = LM_PLAIN(2) * square - bracket / cube; /* s^2 - s_0^2 there */
+  lm_plain size = LM_VALUE(c->slope_low[i]) * LM_VALUE(c->per_height) / (LM_PLAIN(2) * from);
+  c->bend_least[i] = at_from < at_to ? at_from : at_to;
+  c->bend_most[i] = at_from < at_to ? at_to : at_from;
+  if (extreme > LM_PLAIN(0) && extreme < width) {
+    const lm_plain between = LM_PLAIN(2) * scale * cube / plain_sqrt(square + extreme);
+    c->bend_least[i] = between < c->bend_least[i] ? between : c->bend_least[i];
+    c->bend_most[i] = between > c->bend_most[i] ? between : c->bend_most[i];
+  }
+  c->bend_lowest = c->bend_least[i] < c->bend_lowest ? c->bend_least[i] : c->bend_lowest;
+  c->bend_highest = c->bend_most[i] > c->bend_highest ? c->bend_most[i] : c->bend_highest;
+  size = plain_fabs(size) + (plain_fabs(c->bend_least[i]) > plain_fabs(c->bend_most[i])
+                                 ? plain_fabs(c->bend_least[i])
+                                 : plain_fabs(c->bend_most[i])) *
+                                width / plain_fabs(LM_VALUE(c->per_height));
+  c->slope_size = size > c->slope_size ? size : c->slope_size;
+}
+
 /* Values that follow from the nodes, for its evaluation. */
 static void prepare_evaluation(lm_conjugate *c) {
   int low = 0;
   int i;
   c->per_height = LM_REAL(1) / (c->top_mm - c->low_mm);
+  c->slope_size = LM_PLAIN(0);
+  c->bend_lowest = PLAIN_INFINITY;
+  c->bend_highest = -PLAIN_INFINITY;
   for (i = 0; i < c->intervals; i++) {
     const lm_real per_width = LM_REAL(1) / (c->place[i + 1] - c->place[i]);
     const lm_real chord = (c->half_angle_rad[i + 1] - c->half_angle_rad[i]) * per_width;
     const lm_real bend = c->slope_low[i] + c->slope_high[i] - LM_REAL(2) * chord;
     c->square[i] = (chord - c->slope_low[i] - bend) * per_width;
     c->cube[i] = bend * per_width * per_width;
+    bound_piece(c, i);
   }
   for (i = 0; i < LM_CONJUGATE_BINS; i++) {
     const lm_real from = LM_REAL(i) / LM_REAL(LM_CONJUGATE_BINS);
@@ -984,24 +1026,50 @@ lm_status lm_tabulate_rigid_points(const lm_flank_points *points, const lm_geome
   return LM_OK;
 }
 
+/* The interval of a place that is not on the land. */
+static int find_interval(const lm_conjugate *c, lm_plain place) {
+  const int bin = (int)(place * LM_PLAIN(LM_CONJUGATE_BINS));
+  int low = c->first[bin < LM_CONJUGATE_BINS ? bin : LM_CONJUGATE_BINS - 1];
+  while (low < c->intervals - 1 && place >= LM_VALUE(c->place[low + 1])) {
+    low++;
+  }
+  return low;
+}
+
+static int interval_at(const lm_conjugate *c, lm_real radius_mm) {
+  const lm_plain below = LM_VALUE(c->top_mm - radius_mm) * LM_VALUE(c->per_height);
+  const lm_plain first = LM_VALUE(c->place[0]);
+  return below > first * first ? find_interval(c, plain_sqrt(below)) : 0;
+}
+
+void lm_bound_conjugate_bend(const lm_conjugate *conjugate, lm_real a_mm, lm_real b_mm,
+                             lm_plain *least, lm_plain *most) {
+  const lm_conjugate *c = conjugate;
+  const int a = interval_at(c, a_mm);
+  const int b = interval_at(c, b_mm);
+  const int last = a > b ? a : b;
+  int i = a < b ? a : b;
+  *least = c->bend_least[i];
+  *most = c->bend_most[i];
+  for (i++; i <= last; i++) {
+    *least = c->bend_least[i] < *least ? c->bend_least[i] : *least;
+    *most = c->bend_most[i] > *most ? c->bend_most[i] : *most;
+  }
+}
+
 lm_real lm_conjugate_half_angle(const lm_conjugate *conjugate, lm_real radius_mm,
                                 lm_real *tangent) {
   const lm_conjugate *c = conjugate;
   const lm_real below = (c->top_mm - radius_mm) * c->per_height;
   lm_real place = c->place[0];
   lm_real x;
-  int bin;
   int low;
   *tangent = LM_REAL(0);
   if (!(below > place * place * (LM_REAL(1) - LAND_SLACK))) { /* the land: radial */
     return c->half_angle_rad[0];
   }
   place = real_sqrt(below);
-  bin = (int)(place * LM_REAL(LM_CONJUGATE_BINS));
-  low = c->first[bin < LM_CONJUGATE_BINS ? bin : LM_CONJUGATE_BINS - 1];
-  while (low < c->intervals - 1 && place >= c->place[low + 1]) {
-    low++;
-  }
+  low = find_interval(c, LM_VALUE(place));
   x = place - c->place[low];
   *tangent =
       (c->slope_low[low] + x * (LM_REAL(2) * c->square[low] + LM_REAL(3) * c->cube[low] * x)) *

@@ -196,16 +196,18 @@ static lm_s_tooth make_s(const lm_drive *drive, const lm_geometry *g, const lm_f
 static lm_real s_draw(const lm_s_tooth *s, lm_real height_mm, lm_real *slope, lm_real *bend) {
   const lm_real span = LM_REAL(0.5) * s->kappa * s->module_mm;
   const lm_real versine = height_mm / span; /* 1 - cos theta */
+  lm_real half;                             /* tan(theta / 2) */
   lm_real sine;
   if (!(height_mm > s->straight_mm)) {
     *slope = s->tangent;
     *bend = LM_REAL(0);
     return height_mm * s->tangent;
   }
-  sine = real_sqrt(versine * (LM_REAL(2) - versine));
+  half = real_sqrt(versine / (LM_REAL(2) - versine));
+  sine = (LM_REAL(2) - versine) * half;
   *slope = (LM_REAL(1) - s->kappa + s->kappa * versine) / (LM_REAL(2) * s->kappa * sine);
   *bend = (LM_REAL(0.5) - *slope * (LM_REAL(1) - versine) / sine) / (sine * span);
-  return LM_REAL(0.25) * s->module_mm * (real_atan2(sine, LM_REAL(1) - versine) - s->kappa * sine);
+  return LM_REAL(0.25) * s->module_mm * (LM_REAL(2) * real_atan(half) - s->kappa * sine);
 }
 
 static lm_flank_foot s_foot(const lm_flank *flank, lm_real parameter_mm) {
@@ -576,6 +578,181 @@ lm_real lm_flank_curvature(const lm_flank *flank, lm_real parameter_mm) {
                                             lm_evaluate_involute(&flank->involute, radius).tangent);
     return flank->inward ? -curvature : curvature;
   }
+}
+
+/* --- bounds of the second derivatives --------------------------------------------------------- */
+
+static void include(lm_plain value, lm_plain *least, lm_plain *most) {
+  *least = value < *least ? value : *least;
+  *most = value > *most ? value : *most;
+}
+
+/* Of x between two heights of the same piece of arcs: R^2 / h^3 with the half chord h, which has its
+ * maximum on the height of the centre. */
+static void bound_arc(const lm_flank *flank, lm_plain from, lm_plain to, lm_plain *least,
+                      lm_plain *most) {
+  const lm_double_arc *arc = &flank->arc;
+  const lm_plain middle = (from + to) / LM_PLAIN(2);
+  const int convex = middle > LM_VALUE(arc->upper_mm);
+  const lm_plain radius = LM_VALUE(convex ? arc->convex_mm : arc->concave_mm);
+  const lm_plain centre = LM_VALUE(convex ? arc->convex_along_mm : arc->concave_along_mm);
+  const lm_plain end[2] = {from - centre, to - centre};
+  int i;
+  if (!convex && middle > LM_VALUE(arc->lower_mm)) {
+    *least = LM_PLAIN(0);
+    *most = LM_PLAIN(0);
+    return;
+  }
+  for (i = 0; i < 2; i++) {
+    const lm_plain half = plain_sqrt((radius - end[i]) * (radius + end[i]));
+    const lm_plain bend = radius * radius / (half * half * half);
+    include(convex ? -bend : bend, least, most);
+  }
+  if (end[0] * end[1] < LM_PLAIN(0)) {
+    include((convex ? LM_PLAIN(-1) : LM_PLAIN(1)) / radius, least, most);
+  }
+}
+
+/* Of the S tooth between two heights on one side of its datum point: with c = cos theta,
+ * (kappa - c) / (2 kappa span (1 - c^2)^(3/2)), which has its extremes where
+ * 2 c^2 - 3 kappa c + 1 = 0. */
+static void bound_s(const lm_flank *flank, lm_plain from, lm_plain to, lm_plain *least,
+                    lm_plain *most) {
+  const lm_plain kappa = LM_VALUE(flank->s.kappa);
+  const lm_plain datum = LM_VALUE(flank->s.datum_mm);
+  const lm_plain span = LM_PLAIN(0.5) * kappa * LM_VALUE(flank->s.module_mm);
+  const lm_plain above = (from + to) / LM_PLAIN(2) - datum;
+  const lm_plain root = LM_PLAIN(9) * kappa * kappa - LM_PLAIN(8);
+  const lm_plain first = LM_PLAIN(1) - plain_fabs(from - datum) / span;
+  const lm_plain last = LM_PLAIN(1) - plain_fabs(to - datum) / span;
+  lm_plain place[4];
+  int count = 2;
+  int i;
+  if (!(plain_fabs(above) > LM_VALUE(flank->s.straight_mm))) {
+    *least = LM_PLAIN(0);
+    *most = LM_PLAIN(0);
+    return;
+  }
+  place[0] = first;
+  place[1] = last;
+  if (root > LM_PLAIN(0)) {
+    const lm_plain apart = plain_sqrt(root);
+    for (i = -1; i <= 1; i += 2) {
+      const lm_plain extreme = (LM_PLAIN(3) * kappa + LM_PLAIN(i) * apart) / LM_PLAIN(4);
+      if ((extreme - first) * (extreme - last) < LM_PLAIN(0)) {
+        place[count++] = extreme;
+      }
+    }
+  }
+  for (i = 0; i < count; i++) {
+    const lm_plain square = (LM_PLAIN(1) - place[i]) * (LM_PLAIN(1) + place[i]);
+    const lm_plain bend =
+        (kappa - place[i]) / (LM_PLAIN(2) * kappa * span * square * plain_sqrt(square));
+    include(above > LM_PLAIN(0) ? -bend : bend, least, most);
+  }
+}
+
+/* The second derivative of a cubic by the height, at one of its ends. */
+static lm_plain end_bend(const lm_flank_points *p, int piece, int upper) {
+  const lm_plain width = LM_PLAIN(p->along_mm[piece + 1] - p->along_mm[piece]);
+  const lm_plain chord = LM_PLAIN(p->across_mm[piece + 1] - p->across_mm[piece]) / width;
+  const lm_plain low = LM_PLAIN(p->slope[piece]);
+  const lm_plain high = LM_PLAIN(p->slope[piece + 1]);
+  return (upper ? LM_PLAIN(2) * low + LM_PLAIN(4) * high - LM_PLAIN(6) * chord
+                : LM_PLAIN(6) * chord - LM_PLAIN(4) * low - LM_PLAIN(2) * high) /
+         width;
+}
+
+/* Of a spline: linear in every piece that the heights touch, so it has its extremes at the points. */
+static void bound_points(const lm_flank *flank, lm_plain from, lm_plain to, lm_plain *least,
+                         lm_plain *most) {
+  const lm_flank_points *p = flank->points;
+  const lm_plain zero = LM_VALUE(flank->neutral_mm) - LM_VALUE(flank->points_shift_mm);
+  const lm_plain a = flank->inward ? zero - to : zero + from;
+  const lm_plain b = flank->inward ? zero - from : zero + to;
+  int i;
+  for (i = 0; i + 1 < p->count; i++) {
+    if ((i + 2 == p->count || LM_PLAIN(p->along_mm[i + 1]) > a) &&
+        (i == 0 || LM_PLAIN(p->along_mm[i]) < b)) {
+      include(end_bend(p, i, 0), least, most);
+      include(end_bend(p, i, 1), least, most);
+    }
+  }
+}
+
+/* Of an involute in its own frame, by the radius: the string is the tangent of the base circle, so
+ * the second derivative has the part 1 / r_b along the flank, and 1 / (r_b sin a cos a) across it:
+ * both components are monotone up to a = 38 deg. */
+static lm_flank_bend bound_involute(const lm_flank *flank, lm_real from_mm, lm_real to_mm) {
+  const lm_real end[2] = {from_mm, to_mm};
+  const lm_plain base = LM_VALUE(flank->involute.base_mm);
+  lm_flank_bend bend = {PLAIN_INFINITY, -PLAIN_INFINITY, PLAIN_INFINITY, -PLAIN_INFINITY};
+  int i;
+  for (i = 0; i < 2; i++) {
+    const lm_real radius = flank->inward ? LM_REAL(2) * flank->neutral_mm - end[i] : end[i];
+    const lm_involute_point at = lm_evaluate_involute(&flank->involute, radius);
+    const lm_real turn = at.half_angle_rad - at.pressure_angle_rad;
+    const lm_plain s = LM_VALUE(real_sin(turn));
+    const lm_plain c = LM_VALUE(real_cos(turn));
+    const lm_plain tangent = LM_VALUE(at.tangent);
+    const lm_plain across = (LM_PLAIN(1) + tangent * tangent) / tangent;
+    include((s - across * c) / base, &bend.across_least, &bend.across_most);
+    include((c + across * s) / base, &bend.along_least, &bend.along_most);
+  }
+  return bend;
+}
+
+/* The tip relief begins with its whole curvature. */
+static void bound_relief(const lm_flank *flank, lm_plain from_mm, lm_plain to_mm, lm_plain *least,
+                         lm_plain *most) {
+  const lm_plain begin = LM_VALUE(flank->relief_from_mm);
+  const lm_plain height = LM_VALUE(flank->high_mm) - begin;
+  *least = LM_PLAIN(0);
+  *most = LM_PLAIN(0);
+  if (LM_VALUE(flank->relief_mm) > LM_PLAIN(0) && to_mm > begin) {
+    *most = LM_PLAIN(2) * LM_VALUE(flank->relief_mm) / (height * height);
+    *least = from_mm > begin ? *most : LM_PLAIN(0);
+  }
+}
+
+lm_flank_bend lm_bound_flank_bend(const lm_flank *flank, lm_real from_mm, lm_real to_mm) {
+  const lm_plain from = LM_VALUE(from_mm - flank->neutral_mm);
+  const lm_plain to = LM_VALUE(to_mm - flank->neutral_mm);
+  const lm_plain s = LM_VALUE(flank->pitch_half_sin);
+  const lm_plain c = LM_VALUE(flank->pitch_half_cos);
+  lm_plain least = PLAIN_INFINITY;
+  lm_plain most = -PLAIN_INFINITY;
+  lm_plain relief_least;
+  lm_plain relief_most;
+  lm_flank_bend bend;
+  bound_relief(flank, LM_VALUE(from_mm), LM_VALUE(to_mm), &relief_least, &relief_most);
+  if (flank->kind == LM_FLANK_INVOLUTE) {
+    bend = bound_involute(flank, from_mm, to_mm);
+    if (flank->inward) { /* the space beside the tooth is wider by the relief */
+      bend.across_least += relief_least * c;
+      bend.across_most += relief_most * c;
+      bend.along_least -= relief_most * s;
+      bend.along_most -= relief_least * s;
+    } else {
+      bend.across_least -= relief_most;
+      bend.across_most -= relief_least;
+    }
+    return bend;
+  }
+  if (flank->kind == LM_FLANK_DOUBLE_ARC) {
+    bound_arc(flank, from, to, &least, &most);
+  } else if (flank->kind == LM_FLANK_S_TOOTH) {
+    bound_s(flank, from, to, &least, &most);
+  } else {
+    bound_points(flank, from, to, &least, &most);
+  }
+  least -= relief_most;
+  most -= relief_least;
+  bend.across_least = flank->inward ? -most * c : least;
+  bend.across_most = flank->inward ? -least * c : most;
+  bend.along_least = flank->inward ? least * s : LM_PLAIN(0);
+  bend.along_most = flank->inward ? most * s : LM_PLAIN(0);
+  return bend;
 }
 
 lm_real lm_flank_at_radius(const lm_flank *flank, lm_real radius_mm) {

@@ -7,6 +7,16 @@
 /* A lobe of the largest drive has its place. */
 typedef char lobe_teeth_suffice[LM_LOBE_TEETH_MAX == LM_FLEXSPLINE_TEETH_MAX / 2 + 1 ? 1 : -1];
 
+/* Factors of bend_spread. */
+typedef struct bend_factors {
+  lm_plain turned;  /* bound of the sine between the tooth's axis and the radius of any point */
+  lm_plain speed;   /* of the radius by the parameter, at most */
+  lm_plain turning; /* of the slope of the speed, with a straight flank */
+  lm_plain across;  /* for the difference of the second derivatives of position, */
+  lm_plain along;
+  lm_plain by_width; /* and for the width of the part */
+} bend_factors;
+
 /* One flank of one placed tooth against the rigid gear. */
 typedef struct flank_pair {
   const lm_mesh *mesh;
@@ -14,6 +24,7 @@ typedef struct flank_pair {
   lm_real lead_rad; /* polar angle of the tooth's foot ahead of the axis of the rigid space */
   lm_real side;     /* +1: flank at growing angles, -1: the other */
   lm_real closing;  /* +1 internal, -1 external: which way the gap is counted */
+  bend_factors bound;
 } flank_pair;
 
 /* A point of the placed flank: its polar radius, the gap of the pair on that radius, and both
@@ -335,29 +346,193 @@ static int falls_and_rises(const flank_point *low, const flank_point *high) {
   return low->gap_slope < LM_REAL(0) && high->gap_slope > LM_REAL(0);
 }
 
-/* Between two points of the flank without a corner between them. */
-static void look_between(const flank_pair *pair, const flank_point *low, const flank_point *high,
-                         flank_point *best) {
-  if (falls_and_rises(low, high) && bracket_floor(low, high, LM_REAL(0.5)) < best->gap_rad) {
-    const flank_point inside = bracketed_minimum(pair, low, high);
-    see(best, &inside);
+/* --- a bound of the second derivative of the gap ---------------------------------------------- */
+
+static lm_plain larger(lm_plain a, lm_plain b) {
+  return a > b ? a : b;
+}
+
+static lm_plain size_of(lm_plain least, lm_plain most) {
+  return larger(plain_fabs(least), plain_fabs(most));
+}
+
+/* Bounds of the second derivative of the rigid flank's half angle between two radii. */
+static void bound_rigid(const lm_mesh *mesh, lm_real a_mm, lm_real b_mm, lm_plain *least,
+                        lm_plain *most) {
+  if (mesh->rigid_kind != LM_FLANK_INVOLUTE) {
+    lm_bound_conjugate_bend(&mesh->conjugate, a_mm, b_mm, least, most);
+  } else { /* -cot a / rho^2 = -r_b / (rho^2 sqrt(rho^2 - r_b^2)) */
+    const lm_plain base = LM_VALUE(mesh->geometry.rigid.base_mm);
+    const lm_plain low = LM_VALUE(a_mm < b_mm ? a_mm : b_mm);
+    const lm_plain high = LM_VALUE(a_mm < b_mm ? b_mm : a_mm);
+    *least = low > base ? -base / (low * low * plain_sqrt((low - base) * (low + base)))
+                        : -PLAIN_INFINITY;
+    *most = high > base ? -base / (high * high * plain_sqrt((high - base) * (high + base)))
+                        : -PLAIN_INFINITY;
+  }
+}
+
+/* The factors of bend_spread (theory/flanks.md). With a flank below 45 deg against the radius, the
+ * sums of the terms that change only because a part has a width are rounded up. */
+static bend_factors find_factors(const flank_pair *pair, lm_real at_low, lm_real at_high) {
+  const lm_mesh *mesh = pair->mesh;
+  const lm_plain per_radius = LM_PLAIN(1) / LM_VALUE(at_low < at_high ? at_low : at_high);
+  const lm_plain rigid_slope = mesh->rigid_kind != LM_FLANK_INVOLUTE
+                                   ? mesh->conjugate.slope_size
+                                   : LM_PLAIN(1) / LM_VALUE(mesh->geometry.rigid.base_mm);
+  const lm_plain turned =
+      plain_fabs(LM_VALUE(pair->place.tilt_sin)) + LM_VALUE(mesh->flank.pitch_half_rad);
+  const lm_plain speed = mesh->along_speed + turned * mesh->across_speed;
+  bend_factors factors;
+  factors.turned = turned;
+  factors.speed = speed;
+  factors.turning = per_radius * speed * speed;
+  factors.across = per_radius + rigid_slope * turned;
+  factors.along = per_radius * turned + rigid_slope;
+  factors.by_width = per_radius * speed * (LM_PLAIN(3) * rigid_slope + LM_PLAIN(9) * per_radius);
+  return factors;
+}
+
+/* Bound of the difference between the second derivatives of the gap at any two points of a part of
+ * the flank between two samples. */
+static lm_plain bend_spread(const flank_pair *pair, const lm_flank_bend *bend, lm_plain rigid_least,
+                            lm_plain rigid_most, lm_plain width_mm) {
+  const lm_plain across = size_of(bend->across_least, bend->across_most);
+  const lm_plain along = size_of(bend->along_least, bend->along_most);
+  const lm_plain radial = pair->bound.turning + pair->bound.turned * across + along;
+  const lm_plain by_width =
+      LM_PLAIN(3) * pair->bound.speed * radial * size_of(rigid_least, rigid_most) +
+      pair->bound.by_width * (across + along + pair->bound.turning);
+  return pair->bound.speed * pair->bound.speed * (rigid_most - rigid_least) +
+         pair->bound.across * (bend->across_most - bend->across_least) +
+         pair->bound.along * (bend->along_most - bend->along_least) + width_mm * by_width;
+}
+
+/* The second derivative has the mean (s_b - s_a) / width and differs from it by less than the
+ * spread. If it is nowhere below -c, the gap plus c x (x - width) / 2 is convex, so it is above its
+ * tangents at both ends: the gap is above the lower of both ends and of its value where they cross.
+ * *split is near that place. *convex: the only minimum between them is where the slope is 0. */
+static lm_plain lowest_of_part(const flank_point *low, const flank_point *high, lm_plain spread,
+                               lm_plain *split, int *convex) {
+  const lm_plain width = LM_VALUE(high->foot_mm - low->foot_mm);
+  const lm_plain at_low = LM_VALUE(low->gap_rad);
+  const lm_plain at_high = LM_VALUE(high->gap_rad);
+  const lm_plain ends = at_low < at_high ? at_low : at_high;
+  const lm_plain change = LM_VALUE(high->gap_slope - low->gap_slope);
+  lm_plain tilt = LM_PLAIN(0.5) * (spread * width - change); /* of both tangents */
+  lm_plain falls;
+  lm_plain rises;
+  lm_plain x;
+  lm_plain between;
+  *split = LM_PLAIN(0.5);
+  *convex = !(tilt > LM_PLAIN(0));
+  tilt = *convex ? LM_PLAIN(0) : tilt;
+  falls = LM_VALUE(low->gap_slope) - tilt;
+  rises = LM_VALUE(high->gap_slope) + tilt;
+  if (!(falls < LM_PLAIN(0) && rises > LM_PLAIN(0)) || spread * width < -change) { /* concave */
+    return ends;
+  }
+  x = (at_high - at_low - rises * width) / (falls - rises);
+  if (!(x > LM_PLAIN(0) && x < width)) {
+    return *convex ? ends : -PLAIN_INFINITY;
+  }
+  between = at_low + x * falls + tilt * x * (width - x) / width;
+  *split = x / width;
+  return between < ends ? between : ends;
+}
+
+/* A gap that the flank does not fall below between two points without a corner between them. */
+static lm_plain lowest_between(const flank_pair *pair, const lm_flank_bend *bend,
+                               const flank_point *low, const flank_point *high, lm_plain *split,
+                               int *convex) {
+  lm_plain least;
+  lm_plain most;
+  bound_rigid(pair->mesh, low->radius_mm, high->radius_mm, &least, &most);
+  return lowest_of_part(
+      low, high, bend_spread(pair, bend, least, most, LM_VALUE(high->foot_mm - low->foot_mm)),
+      split, convex);
+}
+
+/* The same by the bounds of the whole rigid flank, which are known. */
+static lm_plain roughly_lowest(const flank_pair *pair, const lm_flank_bend *bend,
+                               const flank_point *low, const flank_point *high) {
+  const lm_conjugate *rigid = &pair->mesh->conjugate;
+  lm_plain split;
+  int convex;
+  if (pair->mesh->rigid_kind == LM_FLANK_INVOLUTE) {
+    return -PLAIN_INFINITY;
+  }
+  return lowest_of_part(low, high,
+                        bend_spread(pair, bend, rigid->bend_lowest, rigid->bend_highest,
+                                    LM_VALUE(high->foot_mm - low->foot_mm)),
+                        &split, &convex);
+}
+
+/* A point that is lower than the nearest one by less than this is not searched. */
+#if LM_REAL_BITS == 32
+#define NEAR_RAD LM_PLAIN(3e-7)
+#else
+#define NEAR_RAD LM_PLAIN(3e-13) /* 1e-9 arcmin */
+#endif
+
+/* Least share of a part in which its halves are searched, and parts that wait. */
+#define SPLIT_SHARE LM_PLAIN(0.125)
+#define SPLITS_MAX 24
+
+/* Between two points of the flank without a corner between them: parts that may contain a nearer
+ * point are divided until none may. A minimum that is found is not searched again in a smaller
+ * bracket, where the slopes are those of rounding; a point of division is not the nearest one,
+ * because one of the parts beside it has its minimum inside. */
+static void look_between(const flank_pair *pair, const lm_flank_bend *bend, const flank_point *from,
+                         const flank_point *to, flank_point *best) {
+  flank_point end[SPLITS_MAX + 1];
+  flank_point low = *from;
+  int ends = 1;
+  int splits = 0;
+  if (roughly_lowest(pair, bend, from, to) >= LM_VALUE(best->gap_rad) - NEAR_RAD) {
+    return;
+  }
+  end[0] = *to;
+  while (ends > 0) {
+    const flank_point *high = &end[ends - 1];
+    const int encloses = falls_and_rises(&low, high);
+    int found = best->foot_mm > low.foot_mm && best->foot_mm < high->foot_mm;
+    lm_plain split;
+    lm_plain lowest;
+    int convex;
+    if (encloses && !found && bracket_floor(&low, high, LM_REAL(0.5)) < best->gap_rad) {
+      const flank_point inside = bracketed_minimum(pair, &low, high);
+      see(best, &inside);
+      found = 1;
+    }
+    lowest = lowest_between(pair, bend, &low, high, &split, &convex);
+    if (lowest >= LM_VALUE(best->gap_rad) - NEAR_RAD || (convex && (found || !encloses)) ||
+        splits == SPLITS_MAX) {
+      low = *high;
+      ends--;
+    } else {
+      split = split > SPLIT_SHARE ? split : SPLIT_SHARE;
+      split = split < LM_PLAIN(1) - SPLIT_SHARE ? split : LM_PLAIN(1) - SPLIT_SHARE;
+      end[ends] = general_point(pair, low.foot_mm + LM_REAL(split) * (high->foot_mm - low.foot_mm));
+      ends++;
+      splits++;
+    }
   }
 }
 
 /* A gap that the flank does not fall below between two samples with a corner between them. A corner
  * is the edge of two smooth flanks, so the gap falls no faster between the samples than at them;
  * only the end of the generated flank is steeper. */
-static lm_real floor_between(const flank_point *low, const flank_point *high) {
-  const lm_real below = low->gap_rad < high->gap_rad ? low->gap_rad : high->gap_rad;
-  const lm_real a = real_fabs(low->gap_slope);
-  const lm_real b = real_fabs(high->gap_slope);
-  return below - (a > b ? a : b) * (high->foot_mm - low->foot_mm);
+static lm_plain floor_between(const flank_point *low, const flank_point *high) {
+  const lm_plain ends = LM_VALUE(low->gap_rad < high->gap_rad ? low->gap_rad : high->gap_rad);
+  return ends - size_of(LM_VALUE(low->gap_slope), LM_VALUE(high->gap_slope)) *
+                    LM_VALUE(high->foot_mm - low->foot_mm);
 }
 
 /* The flank on a corner's radius between two samples: a point on each side of it, and the corner
  * itself where it touches. *before is the last point below, then the first one beyond. */
-static void look_at_corner(const flank_pair *pair, lm_real radius, const flank_point *high,
-                           flank_point *before, flank_point *best) {
+static void look_at_corner(const flank_pair *pair, const lm_flank_bend *bend, lm_real radius,
+                           const flank_point *high, flank_point *before, flank_point *best) {
   const lm_real aside = ASIDE_MODULES * pair->mesh->geometry.module_mm;
   const lm_real share = (radius - before->radius_mm) / (high->radius_mm - before->radius_mm);
   const lm_flank *flank = &pair->mesh->flank;
@@ -371,7 +546,7 @@ static void look_at_corner(const flank_pair *pair, lm_real radius, const flank_p
   if (at - aside > before->foot_mm) {
     const flank_point below = general_point(pair, at - aside);
     see(best, &below);
-    look_between(pair, before, &below, best);
+    look_between(pair, bend, before, &below, best);
     *before = below;
   }
   if (at + aside < high->foot_mm) {
@@ -390,7 +565,8 @@ static void look_at_corner(const flank_pair *pair, lm_real radius, const flank_p
  * bracket contains a corner: the slope jumps there, and the search for a smooth minimum would not
  * converge. The samples go from root to tip; the corners are listed the other way, and the land is
  * beyond all of them. */
-static flank_point general_minimum(const flank_pair *pair, const flank_point sample[], int count) {
+static flank_point general_minimum(const flank_pair *pair, const lm_flank_bend bend[],
+                                   const flank_point sample[], int count) {
   const lm_conjugate *rigid = &pair->mesh->conjugate;
   const lm_real sense = pair->mesh->line.sense;
   int corner = pair->mesh->rigid_kind != LM_FLANK_INVOLUTE ? rigid->corners - 1 : -2;
@@ -408,11 +584,11 @@ static flank_point general_minimum(const flank_pair *pair, const flank_point sam
         break;
       }
       if (sense * radius > sense * before.radius_mm &&
-          (corner < 0 || floor_between(&before, high) < best.gap_rad)) {
-        look_at_corner(pair, radius, high, &before, &best);
+          (corner < 0 || floor_between(&before, high) < LM_VALUE(best.gap_rad))) {
+        look_at_corner(pair, &bend[i - 1], radius, high, &before, &best);
       }
     }
-    look_between(pair, &before, high, &best);
+    look_between(pair, &bend[i - 1], &before, high, &best);
   }
   return best;
 }
@@ -445,50 +621,45 @@ static flank_point general_on_radius(const flank_pair *pair, lm_real at_low, lm_
   return general_foot(pair, &foot);
 }
 
-/* A gap that the flank does not fall below between two samples. */
-static lm_real lowest_between(const flank_point *low, const flank_point *high, int has_corner) {
-  if (has_corner) {
-    return floor_between(low, high);
-  }
-  if (falls_and_rises(low, high)) {
-    return bracket_floor(low, high, LM_REAL(1));
-  }
-  return low->gap_rad < high->gap_rad ? low->gap_rad : high->gap_rad;
-}
-
 /* Whether no point of the flank is closer than the limit; then *lowest is the lowest sample and the
  * least possible gap. */
-static int stays_beyond(const flank_pair *pair, const flank_point sample[], int count,
-                        lm_real limit_rad, flank_point *lowest) {
+static int stays_beyond(const flank_pair *pair, const lm_flank_bend bend[],
+                        const flank_point sample[], int count, lm_real limit_rad,
+                        flank_point *lowest) {
   const lm_conjugate *rigid = &pair->mesh->conjugate;
   const lm_real sense = pair->mesh->line.sense;
   const int generated = pair->mesh->rigid_kind != LM_FLANK_INVOLUTE;
   int corner = generated ? rigid->corners - 1 : -1;
-  lm_real floor = sample[0].gap_rad;
+  lm_plain floor = LM_VALUE(sample[0].gap_rad);
   int i;
   if (generated && sense * sample[count - 1].radius_mm > sense * rigid->land_mm) {
     return 0;
   }
   *lowest = sample[0];
-  for (i = 1; i < count && floor > limit_rad; i++) {
+  for (i = 1; i < count && floor > LM_VALUE(limit_rad); i++) {
     int has_corner = 0;
-    lm_real between;
+    lm_plain between;
+    lm_plain split;
+    int convex;
     for (; corner >= 0 && sense * rigid->corner_mm[corner] < sense * sample[i].radius_mm;
          corner--) {
       has_corner |= sense * rigid->corner_mm[corner] > sense * sample[i - 1].radius_mm;
     }
-    between = lowest_between(&sample[i - 1], &sample[i], has_corner);
+    between = has_corner ? floor_between(&sample[i - 1], &sample[i])
+                         : roughly_lowest(pair, &bend[i - 1], &sample[i - 1], &sample[i]);
+    if (!has_corner && !(between > LM_VALUE(limit_rad))) {
+      between = lowest_between(pair, &bend[i - 1], &sample[i - 1], &sample[i], &split, &convex);
+    }
     floor = between < floor ? between : floor;
     see(lowest, &sample[i]);
   }
-  lowest->gap_rad = floor;
-  return floor > limit_rad;
+  lowest->gap_rad = LM_REAL(floor);
+  return floor > LM_VALUE(limit_rad);
 }
 
 /* at_low, at_high: radii of root and tip. The rigid gear's flank goes from its tip, which meets the
  * flexspline's root, to its own root. */
-static lm_gap general_gap(const flank_pair *pair, lm_real at_low, lm_real at_high,
-                          lm_real limit_rad) {
+static lm_gap general_gap(flank_pair *pair, lm_real at_low, lm_real at_high, lm_real limit_rad) {
   const lm_mesh *mesh = pair->mesh;
   const lm_real sense = mesh->line.sense;
   const int internal = sense > LM_REAL(0);
@@ -497,6 +668,7 @@ static lm_gap general_gap(const flank_pair *pair, lm_real at_low, lm_real at_hig
   const int beyond_tip = sense * at_low < sense * rigid_tip;
   const int beyond_end = sense * at_high > sense * rigid_end;
   flank_point point[LM_FLANK_SAMPLES_MAX + 2];
+  const lm_flank_bend *bend = mesh->bend; /* from the first point to the next */
   flank_point nearest;
   lm_gap gap;
   int first = 0;
@@ -506,9 +678,11 @@ static lm_gap general_gap(const flank_pair *pair, lm_real at_low, lm_real at_hig
   if (!(sense * at_high > sense * rigid_tip && sense * at_low < sense * rigid_end)) {
     return no_overlap();
   }
+  pair->bound = find_factors(pair, at_low, at_high);
   if (beyond_tip) {
     point[count++] = general_on_radius(pair, at_low, at_high, rigid_tip, &first);
     first += first < end && !(mesh->sample[first].radius_mm > point[0].foot_mm);
+    bend += first > 0 ? first - 1 : 0;
   }
   if (beyond_end) {
     point[LM_FLANK_SAMPLES_MAX + 1] = general_on_radius(pair, at_low, at_high, rigid_end, &end);
@@ -519,9 +693,10 @@ static lm_gap general_gap(const flank_pair *pair, lm_real at_low, lm_real at_hig
   if (beyond_end) {
     point[count++] = point[LM_FLANK_SAMPLES_MAX + 1];
   }
-  gap.is_bound = limit_rad < REAL_INFINITY && stays_beyond(pair, point, count, limit_rad, &nearest);
+  gap.is_bound =
+      limit_rad < REAL_INFINITY && stays_beyond(pair, bend, point, count, limit_rad, &nearest);
   if (!gap.is_bound) {
-    nearest = general_minimum(pair, point, count);
+    nearest = general_minimum(pair, bend, point, count);
   }
   gap.gap_rad = nearest.gap_rad;
   gap.radius_mm = nearest.radius_mm;
@@ -534,7 +709,7 @@ static lm_gap general_gap(const flank_pair *pair, lm_real at_low, lm_real at_hig
 /* Both flanks exist between two ends: the flexspline's own, or the points where the rigid tip
  * limits it. The gap between the ends is nearly linear, so its minimum is at an end unless the
  * slopes enclose it. Above the limit a lower bound may be the result. */
-static lm_gap flank_gap(const flank_pair *pair, lm_real limit_rad) {
+static lm_gap flank_gap(flank_pair *pair, lm_real limit_rad) {
   const lm_mesh *mesh = pair->mesh;
   const lm_real at_high = polar_radius(pair, &mesh->high);
   const lm_real at_low = polar_radius(pair, &mesh->low);
@@ -563,9 +738,31 @@ static lm_gap flank_gap(const flank_pair *pair, lm_real limit_rad) {
   return gap;
 }
 
-/* Largest distance of the samples on the flank, modules; chosen: of 200 random drives none has two
- * significant minima between two samples (LM_FLANK_DRIVES, tests/python/test_flanks.py). */
+/* Largest distance of the samples on the flank, modules: chosen for speed. */
 #define SAMPLE_MODULES LM_REAL(0.15)
+
+/* The second derivatives between the samples, and bounds of the first ones. */
+static void bound_samples(lm_mesh *mesh) {
+  int i;
+  mesh->along_speed = LM_PLAIN(0);
+  mesh->across_speed = LM_PLAIN(0);
+  for (i = 0; i + 1 < mesh->samples; i++) {
+    const lm_flank_foot *low = &mesh->sample[i];
+    const lm_flank_foot *high = &mesh->sample[i + 1];
+    const lm_plain half = LM_PLAIN(0.5) * LM_VALUE(high->radius_mm - low->radius_mm);
+    const lm_flank_bend bend = lm_bound_flank_bend(&mesh->flank, low->radius_mm, high->radius_mm);
+    const int turns = bend.across_least < LM_PLAIN(0) && bend.across_most > LM_PLAIN(0);
+    const lm_plain beyond =
+        turns ? half * size_of(bend.across_least, bend.across_most) : LM_PLAIN(0);
+    const lm_plain across =
+        size_of(LM_VALUE(low->across_slope), LM_VALUE(high->across_slope)) + beyond;
+    const lm_plain along = size_of(LM_VALUE(low->along_slope), LM_VALUE(high->along_slope)) +
+                           half * size_of(bend.along_least, bend.along_most);
+    mesh->bend[i] = bend;
+    mesh->along_speed = larger(mesh->along_speed, along);
+    mesh->across_speed = larger(mesh->across_speed, across);
+  }
+}
 
 /* The flank between its joints is sampled in equal steps. */
 static void sample_flank(lm_mesh *mesh) {
@@ -589,6 +786,7 @@ static void sample_flank(lm_mesh *mesh) {
     }
     from = to > from ? to : from;
   }
+  bound_samples(mesh);
 }
 
 /* The flexspline's flank runs from its tip or base circle to its root, the rigid one from its root
@@ -748,7 +946,9 @@ lm_status lm_make_mesh_at(const lm_drive *drive, lm_real place, int nodes, const
 }
 
 static flank_pair place_pair(const lm_mesh *mesh, lm_real angle_rad, int forward) {
+  static const bend_factors unknown = {0, 0, 0, 0, 0, 0};
   flank_pair pair;
+  pair.bound = unknown;
   pair.mesh = mesh;
   pair.place = lm_place_tooth(&mesh->line, angle_rad);
   pair.lead_rad = pair.place.lead_rad + fold_half_turn(angle_rad) * mesh->geometry.lead_per_angle;

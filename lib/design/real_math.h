@@ -54,8 +54,13 @@ static inline lm_real real_near_atan(lm_real t) {
   sum = LM_REAL(1) / LM_REAL(3) - q * sum;
   return t - t * q * sum;
 }
+#define plain_sqrt real_sqrt
+#define plain_fabs real_fabs
 #else
 #define real_near_atan real_atan /* one derivative instead of one for every term */
+#define plain_sqrt sqrt
+#define plain_fabs fabs
 #endif
+#define PLAIN_INFINITY ((lm_plain)INFINITY)
 
 #endif

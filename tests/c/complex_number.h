@@ -32,6 +32,9 @@ class lm_complex {
   double real() const {
     return re_;
   }
+  double value() const {
+    return re_;
+  }
   double imag() const {
     return im_;
   }

@@ -60,6 +60,11 @@ typedef struct lm_conjugate {
   lm_real slope_high[LM_CONJUGATE_INTERVALS_MAX];
   lm_real square[LM_CONJUGATE_INTERVALS_MAX]; /* coefficients of (s - place)^2 and its cube */
   lm_real cube[LM_CONJUGATE_INTERVALS_MAX];
+  lm_plain bend_least[LM_CONJUGATE_INTERVALS_MAX]; /* bounds of d2 xi / d rho2, 1/mm^2 */
+  lm_plain bend_most[LM_CONJUGATE_INTERVALS_MAX];
+  lm_plain bend_lowest; /* the least and the greatest of them */
+  lm_plain bend_highest;
+  lm_plain slope_size;                    /* bound of |d xi / d rho|, 1/mm */
   lm_real per_height;                     /* 1 / (top - low) */
   unsigned char first[LM_CONJUGATE_BINS]; /* interval in which each part begins */
   int corners; /* where the slope or the curvature jumps, from the tip of the tooth last */
@@ -92,6 +97,11 @@ lm_involute_point lm_evaluate_conjugate(const lm_conjugate *conjugate, lm_real r
 
 /* Without the angles: the half angle, and the tangent of the flank against the radius. */
 lm_real lm_conjugate_half_angle(const lm_conjugate *conjugate, lm_real radius_mm, lm_real *tangent);
+
+/* Bounds of the second derivative of the half angle by the radius between two radii short of the
+ * land, 1/mm^2: exact over the pieces that they touch. */
+void lm_bound_conjugate_bend(const lm_conjugate *conjugate, lm_real a_mm, lm_real b_mm,
+                             lm_plain *least, lm_plain *most);
 
 /* Contact of a point of the flexspline's flank with the flank that it generates. */
 typedef struct lm_conjugate_contact {

@@ -107,6 +107,17 @@ lm_flank_foot lm_evaluate_tooth_flank(const lm_flank *flank, lm_real parameter_m
 /* Curvature there, 1/mm: above 0 where the tooth is convex. Without tip relief. */
 lm_real lm_flank_curvature(const lm_flank *flank, lm_real parameter_mm);
 
+/* Bounds of the second derivatives of position by the parameter, 1/mm. */
+typedef struct lm_flank_bend {
+  lm_plain across_least;
+  lm_plain across_most;
+  lm_plain along_least;
+  lm_plain along_most;
+} lm_flank_bend;
+
+/* Bounds between two parameters without a joint between them, in the frame of lm_evaluate_flank. */
+lm_flank_bend lm_bound_flank_bend(const lm_flank *flank, lm_real from_mm, lm_real to_mm);
+
 /* The parameter of the point at a distance from the undeformed gear's centre, between the ends. */
 lm_real lm_flank_at_radius(const lm_flank *flank, lm_real radius_mm);
 

@@ -51,6 +51,9 @@ typedef struct lm_mesh {
   lm_flank_foot low;                          /* ends of the flexspline's flank, at flank.low_mm */
   lm_flank_foot high;                         /* and flank.high_mm */
   lm_flank_foot sample[LM_FLANK_SAMPLES_MAX]; /* from root to tip, unless both are involutes */
+  lm_flank_bend bend[LM_FLANK_SAMPLES_MAX];   /* from each sample to the next */
+  lm_plain along_speed;                       /* bounds of its slopes */
+  lm_plain across_speed;
   int samples;
   lm_real polar_low_mm; /* radii between which the rigid gear has a flank */
   lm_real polar_high_mm;

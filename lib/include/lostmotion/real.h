@@ -6,8 +6,8 @@
  * libraries. A program in one precision does not link with a library in the other (symbols.h).
  *
  * Another number type (dual numbers for derivatives, for example) can be used: define
- * LM_REAL_HEADER as the name of a header that defines `lm_real` and the `real_*` functions of
- * lib/design/real_math.h. For this purpose the C99 sources also compile as C++.
+ * LM_REAL_HEADER as the name of a header that defines `lm_real` with a member function `value` and
+ * the `real_*` functions of lib/design/real_math.h. For this purpose the C99 sources also compile as C++.
  *
  * Results are bit-identical on every target as long as the compiler neither reorders nor contracts
  * floating-point operations. The run-time sources disable contraction themselves; the others need
@@ -30,19 +30,32 @@
 
 #if defined(LM_REAL_HEADER)
 #include LM_REAL_HEADER
+typedef double lm_plain;
 #elif LM_REAL_BITS == 64
 typedef double lm_real;
+typedef lm_real lm_plain;
 #elif LM_REAL_BITS == 32
 typedef float lm_real;
+typedef lm_real lm_plain;
 #else
 #error "lostmotion: LM_REAL_BITS must be 32 or 64"
+#endif
+
+/* lm_plain is for bounds that only decide: the value of a number, without its derivatives where it
+ * has some. */
+#if defined(LM_REAL_HEADER)
+#define LM_VALUE(number) ((number).value())
+#else
+#define LM_VALUE(number) (number)
 #endif
 
 /* A literal of type lm_real: LM_REAL(0.5). */
 #if defined(__cplusplus)
 #define LM_REAL(literal) (static_cast<lm_real>(literal))
+#define LM_PLAIN(literal) (static_cast<lm_plain>(literal))
 #else
 #define LM_REAL(literal) ((lm_real)(literal))
+#define LM_PLAIN(literal) ((lm_plain)(literal))
 #endif
 
 #define LM_PI LM_REAL(3.14159265358979323846)
