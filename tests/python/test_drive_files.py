@@ -189,7 +189,7 @@ REFUSED_DESIGN: list[tuple[dict[str, Any], tuple[str, ...]]] = [
     ({"design.teeth.deformation": "external"}, ("design.", "found")),
     (
         {"drive.ratio": 99},
-        ("drive.ratio: found 99, expected 100(the flexspline turns the output) or 101",),
+        ("drive.ratio: found 99, expected 100 (the flexspline turns the output) or 101",),
     ),
     (
         {"design.teeth.flexspline_shift": -2, "design.teeth.pressure_angle_deg": 10},
