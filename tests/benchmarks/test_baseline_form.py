@@ -13,7 +13,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from rig.laboratory import Laboratory
 
 from lostmotion.candidates.named import named_candidates
-from lostmotion.discover.baseline_form import choose_form, tried
+from lostmotion.discover.baseline_form import choose_form, half_cycles, tried
 from lostmotion.drives import read_drive
 from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.library import library
@@ -22,11 +22,14 @@ from lostmotion.model import make_torsion_curve
 from lostmotion.recordings import Campaign, read_campaign
 
 
-def fitted(law: str, protocol: str, folder: Path, effect: str = "") -> tuple[BaselineModel, float]:
-    """A baseline model fitted to a laboratory's recordings, and their true noise."""
+def fitted(
+    law: str, protocol: str, folder: Path, effect: str = "", runs: int | None = None
+) -> tuple[BaselineModel, float]:
+    """A baseline model fitted to a laboratory's first recordings, and their true noise."""
     truth = Laboratory(2, law, protocol).write(folder, effect, 1.0)
     drive = read_drive(folder / "drive.toml")
     campaign: Campaign = read_campaign(sorted(folder.glob("*.csv.gz")), ratio=drive.ratio)
+    campaign = Campaign(campaign.runs[:runs])
     sheet = make_torsion_curve(drive, campaign.largest_torque_Nm)
     base = BaselineModel(Conditions(campaign), drive.rated_torque_Nm, sheet)
     base.first_fit()
@@ -82,3 +85,20 @@ def test_a_run_of_a_session_of_its_own_is_predicted_from_where_its_operators_sto
     """A file that is left out keeps its start state and offset: neither belongs to the drive."""
     base, noise = fitted("maxwell", "strangers", tmp_path)
     assert np.sqrt(tried(base, refits=True).mean_square) < 1.2 * noise
+
+
+def test_half_cycles_of_few_runs_decide_whether_friction_grows_with_the_load(
+    tmp_path: Path,
+) -> None:
+    """They do not decide where friction is: that needs loops of several sizes."""
+    base, _ = fitted("load", "8 runs", tmp_path, runs=2)
+    chosen = choose_form(base, library(), 100.0)
+    assert chosen.form == "inside+load"
+    assert set(chosen.tried) == {"inside", "inside+load"}
+
+
+def test_a_half_cycle_ends_where_the_torque_changes_its_sign() -> None:
+    torque = np.array([0.1, -0.1, 4.0, 0.2, -0.3, 0.1, -0.2, -4.0, -2.0, 3.0])
+    assert half_cycles(torque).tolist() == [5, 9]
+    assert half_cycles(np.array([1.0, -1.0])).tolist() == [1]
+    assert half_cycles(np.zeros(3)).tolist() == []

@@ -92,7 +92,8 @@ def put_friction_outside(base: BaselineModel) -> None:
 def let_friction_grow(base: BaselineModel) -> None:
     """Friction that grows with the load, in addition to that of constant width."""
     base.hysteresis.allow_load()
-    base.hysteresis.shares[base.hysteresis.growth > 0] = 0.05
+    grows = base.hysteresis.growth > 0
+    base.hysteresis.shares[grows] = 0.25 / np.count_nonzero(grows)
 
 
 def fitted(campaign: Campaign, name: str, size: float) -> BaselineModel:

@@ -460,15 +460,16 @@ def _whole(file: str, values: Mapping[str, float]) -> None:
     if any(not 0 <= value < 1 for value in widening):
         found = f"{next(value for value in widening if not 0 <= value < 1):g}"
         raise InputError(file, f"fit.values.{PLAY_WIDENING.format(1)}", found, "0 to below 1")
-    # Operators that grow with the load follow the constant ones, in the order of their growth.
+    # Operators that grow with the load follow the constant ones, by radius, then by growth.
     constant = len(radii) - sum(value > 0 for value in widening)
-    rising = (
-        (knots, KNOT.format(1)),
-        (radii[:constant], PLAY_RADIUS.format(1)),
-        (widening[constant:], PLAY_WIDENING.format(constant + 1)),
+    growing = zip(radii[constant:], widening[constant:], strict=True)
+    rising: tuple[tuple[list[Any], str], ...] = (
+        ([0.0, *knots], KNOT.format(1)),
+        ([0.0, *radii[:constant]], PLAY_RADIUS.format(1)),
+        (list(growing), PLAY_WIDENING.format(constant + 1)),
     )
     for row, key in rising:
-        if any(b <= a for a, b in itertools.pairwise([0.0, *row])):
+        if any(b <= a for a, b in itertools.pairwise(row)):
             raise InputError(
                 file, f"fit.values.{key}", "numbers that do not rise", "rising numbers"
             )

@@ -352,9 +352,12 @@ def _compare(
     fitted = finish_baseline(inside, effects, ratio, friction, rows=rows)
     chosen = fitted.chosen
     progress(2, steps, "leave-one-run-out fits")
-    best, heldout = chosen.base, tried(chosen.base, rows, refits=True).heldout
+    best = chosen.base
+    left_out = c.starts if c.runs > 1 else np.array([0, c.rows // 2, c.rows])
+    heldout = tried(best, rows, left_out, refits=True).heldout
+    fitted_rows = seen[c.run_of]
     frictions = {
-        name: (rms_of(form.base.residual()), rms_of(form.heldout))
+        name: (rms_of(form.base.residual()[fitted_rows]), rms_of(form.heldout[fitted_rows]))
         for name, form in chosen.tried.items()
     }
     progress(3, steps, "testing the residual")

@@ -8,12 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion import rules
 from lostmotion.discover.baseline_form import ChosenForm, choose_form, form_beside
 from lostmotion.discover.outliers import clean_outliers
 from lostmotion.effects.effect import Effect
 from lostmotion.fit.baseline import BaselineModel
-from lostmotion.fit.forms import friction_form, in_form
+from lostmotion.fit.forms import in_form
 from lostmotion.friction import Friction
 
 
@@ -78,15 +77,11 @@ def finish_baseline(
 ) -> BaselineFit:
     """Complete `fit_baseline` after the first fit.
 
-    In runs that are only predicted no outliers are set aside. Fewer than `rules.RUNS_LEAST` other
-    runs do not identify another form, as they do not identify an effect.
+    In runs that are only predicted no outliers are set aside.
     """
     outliers = clean_outliers(base) if rows is None else 0
     if outliers:
         base.fit(rows=rows)
-    if rows is not None and form is None:
-        fitted = int(np.count_nonzero(np.add.reduceat(rows, base.conditions.starts[:-1])))
-        form = friction_form(base) if fitted < rules.RUNS_LEAST else None
     return BaselineFit(base, choose_form(base, effects, ratio, form=form, rows=rows), outliers)
 
 

@@ -1,18 +1,23 @@
 """The form of the baseline model, chosen before anything is named.
 
 Every form of the hysteresis (`lostmotion.friction`) is cross-validated by runs; a combination of
-forms is tried if one of its parts lowers the error. A richer form than operators of constant width
-in parallel with the spring is selected if
+forms is tried if one of its parts lowers the error. Fewer than `rules.RUNS_LEAST` runs are
+cross-validated by half cycles of the torque: how friction grows with the load shows in each of
+them. Whether it is in parallel or in series with the spring does not: a series operator moves the
+angle as one in parallel does where the torsion curve has one slope, and only loops of several sizes
+separate them. Half cycles therefore decide only whether friction grows with the load. A richer form
+than operators of constant width in parallel with the spring is selected if
 
-- runs confirm it (`gates.runs_separate`, of their leave-one-run-out errors): with fewer than
-`rules.RUNS_LEAST` runs no form is tried;
+- these pieces confirm it (`gates.runs_separate`, of their errors under fits to the others): with
+fewer than `rules.RUNS_LEAST` pieces no form is tried;
 - it explains at least `rules.FORM_EXPLAINS` of the residual above the measurement noise. A form
 that explains less may imitate a missing effect and is left to the contest;
-- no hysteresis effect of the library does as well in addition to constant width.
+- no hysteresis effect of the library does as well in addition to constant width; few runs do not
+identify such an effect.
 
 Of these forms, the one with the fewest values is selected that no other beats by
-`rules.SIZE_LEAST` of the noise. A missing effect hides how much of the residual is due to
-the form: the form is chosen again with the effects found in the model (`form_beside`).
+`rules.SIZE_LEAST` of the noise. A missing effect hides how much of the residual is due to the form:
+the form is chosen again with the effects found in the model (`form_beside`).
 """
 
 from __future__ import annotations
@@ -33,6 +38,7 @@ from lostmotion.discover.linearise import Settled, noise_rms
 from lostmotion.discover.measurement_noise import estimate_noise
 from lostmotion.discover.refits import without_deviations
 from lostmotion.discover.terms import beyond_form
+from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.effect import Effect
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.forms import friction_form, in_form, leads_to
@@ -41,6 +47,10 @@ from lostmotion.fit.terms import Term
 from lostmotion.friction import FORMS, PARTS, Friction, contained
 
 FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.intp]
+
+FAR = 0.25
+"""Share of the largest torque of a run that is far from zero."""
 
 
 @dataclass
@@ -49,18 +59,18 @@ class Tried:
 
     Attributes
     ----------
-    by_run : ndarray
-        Sum of squares of each run under a fit to the others, over the rows of all.
+    by_piece : ndarray
+        Sum of squares of each piece under a fit to the others, over the rows of all.
     """
 
     base: BaselineModel
     heldout: FloatArray
-    by_run: FloatArray
+    by_piece: FloatArray
 
     @property
     def mean_square(self) -> float:
-        """Leave-one-run-out mean square, arc seconds squared."""
-        return float(self.by_run.sum())
+        """Cross-validated mean square, arc seconds squared."""
+        return float(self.by_piece.sum())
 
 
 @dataclass
@@ -73,31 +83,59 @@ class ChosenForm:
 
 
 def tried(
-    base: BaselineModel, rows: npt.NDArray[np.bool_] | None = None, refits: bool = False
+    base: BaselineModel,
+    rows: npt.NDArray[np.bool_] | None = None,
+    starts: IntArray | None = None,
+    refits: bool = False,
 ) -> Tried:
-    """Predict every run by a fit to the others; a single run by halves.
+    """Predict every piece by a fit to the others.
 
     Parameters
     ----------
     rows : ndarray of bool, optional
         Samples that were fitted; runs outside are predicted and not used for the choice.
+    starts : ndarray, optional
+        Offsets of the pieces; by default `piece_starts`.
     refits : bool
         See `held_out_residual`; forms are compared without refits.
     """
     c = base.conditions
-    starts = c.starts if c.runs > 1 else np.array([0, c.rows // 2, c.rows])
-    few = c.rows < 2
-    heldout = base.residual() if few else held_out_residual(base, starts, rows, refits=refits)
     judged = np.ones(c.rows, dtype=bool) if rows is None else rows
+    starts = piece_starts(c, judged) if starts is None else starts
+    few = starts.size < 3
+    heldout = base.residual() if few else held_out_residual(base, starts, rows, refits=refits)
     heldout[~judged] = base.residual()[~judged]
     squares = np.where(judged, heldout**2, 0.0) / np.count_nonzero(judged)
-    return Tried(base, heldout, np.add.reduceat(squares, c.starts[:-1]))
+    return Tried(base, heldout, np.add.reduceat(squares, starts[:-1]))
+
+
+def piece_starts(c: Conditions, judged: npt.NDArray[np.bool_]) -> IntArray:
+    """Offsets of the pieces: runs, or their half cycles if few runs are judged."""
+    runs = int(np.count_nonzero(np.logical_or.reduceat(judged, c.starts[:-1])))
+    if runs >= rules.RUNS_LEAST:
+        return c.starts
+    cuts = [at.start + half_cycles(c.torque[at]) for at in c.slices()]
+    return np.sort(np.concatenate((c.starts, *cuts)))
+
+
+def half_cycles(torque: FloatArray) -> IntArray:
+    """Samples of one run at which the torque changes its sign.
+
+    Sign changes between torques of less than `FAR` of the largest do not count: they may be noise.
+    """
+    far = np.flatnonzero(np.abs(torque) >= FAR * np.max(np.abs(torque)))
+    changes = np.flatnonzero(np.diff(np.sign(torque[far])))
+    cuts = [
+        a + int(np.argmin(np.abs(torque[a:b])))
+        for a, b in zip(far[changes] + 1, far[changes + 1] + 1, strict=True)
+    ]
+    return np.array(cuts, dtype=np.intp)
 
 
 def better(one: Tried, other: Tried) -> bool:
-    """Whether the runs show that the first predicts significantly better than the second."""
-    seen = other.by_run > 0
-    return runs_separate(other.by_run[seen], one.by_run[seen])
+    """Whether the pieces show that the first predicts significantly better than the second."""
+    seen = other.by_piece > 0
+    return runs_separate(other.by_piece[seen], one.by_piece[seen])
 
 
 def choose_form(
@@ -139,10 +177,13 @@ def choose_form(
             fitted := in_form(base, wanted, rows), wanted, {wanted: tried(fitted, rows)}
         )
     plain = known.get(given) or tried(base, rows)
-    if np.count_nonzero(plain.by_run) < rules.RUNS_LEAST:
+    if np.count_nonzero(plain.by_piece) < rules.RUNS_LEAST:
         return ChosenForm(base, given, {given: plain})
     found, fits = {given: plain}, {given: base}
     others = [name for name in FORMS if name != given and leads_to(given, name)]
+    by_half_cycles = plain.by_piece.size > base.conditions.runs
+    if by_half_cycles:
+        others = [name for name in others if PARTS[name] - PARTS[given] == {"load"}]
     for name in others:
         within = [found[one] for one in contained(name) if one in found and one != given]
         if len(PARTS[name] - PARTS[given]) > 1 and not any(better(one, plain) for one in within):
@@ -165,7 +206,7 @@ def choose_form(
     ]
     if rival is not None:
         large = [name for name in large if not better(rival, found[name])]
-    else:
+    elif not by_half_cycles:
         rival = hysteresis_effect(base, effects, ratio, rows)
         if rival is not None and better(rival, plain):
             large = [name for name in large if better(found[name], rival)]

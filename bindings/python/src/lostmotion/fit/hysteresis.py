@@ -49,14 +49,15 @@ PLAYS = 8
 PLAY_RANGE = (1 / 200, 0.6)
 """Smallest and largest half width relative to the largest torque."""
 
-LOAD_PLAYS = 5
-"""Number of operators whose half width grows with the load; fewer do not fit Maxwell slip with
-load-dependent limits (tests/rig/laws.c) to the noise, eight are no better.
-"""
+LOAD_GROWTHS = 4
+"""Number of growths of the operators whose half width grows with the load."""
 
 LOAD_RANGE = (0.02, 0.6)
-"""Smallest and largest growth of a half width per torque, in addition to the smallest half width of
-`PLAY_RANGE`. Friction of gears grows by 0.05 to 0.3 of the load.
+"""Smallest and largest growth of a half width per torque. Friction of gears grows by 0.05 to 0.3 of
+the load. Every growth comes with two half widths at zero torque, the smallest and the middle one of
+`PLAY_RANGE`: the friction of a loaded contact also has a constant part, and operators without it
+predict loops of another size with too much or too little friction. Four growths with both fit
+Maxwell slip with load-dependent limits (tests/rig/laws.c) to the noise.
 """
 
 ENVELOPE_KNEE = 0.3
@@ -283,11 +284,14 @@ class Hysteresis:
         """Include the growth of half widths with the load in the fit, starting from zero."""
         if self.widening is not None:
             return
-        more, none = np.geomspace(*LOAD_RANGE, LOAD_PLAYS), np.zeros(LOAD_PLAYS)
-        self.widening = np.concatenate((np.zeros(self.count), more))
-        self.radius_Nm = np.concatenate((self.radius_Nm, np.full(LOAD_PLAYS, self.radius_Nm[0])))
+        growths = np.geomspace(*LOAD_RANGE, LOAD_GROWTHS)
+        narrow, middle = self.radius_Nm[0], np.sqrt(self.radius_Nm[0] * self.radius_Nm[-1])
+        radii = np.repeat((narrow, middle), LOAD_GROWTHS)
+        none = np.zeros(radii.size)
+        self.widening = np.concatenate((np.zeros(self.count), growths, growths))
+        self.radius_Nm = np.concatenate((self.radius_Nm, radii))
         self.shares = np.concatenate((self.shares, none))
-        self.start = np.hstack((self.start, np.zeros((len(self.start), LOAD_PLAYS))))
+        self.start = np.hstack((self.start, np.zeros((len(self.start), none.size))))
         if self.outside is not None:
             self.outside = np.concatenate((self.outside, none))
 
