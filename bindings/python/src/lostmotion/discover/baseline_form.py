@@ -50,7 +50,8 @@ FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
 
 FAR = 0.25
-"""Share of the largest torque of a run that is far from zero."""
+"""Share of the largest torque of a run that is far from zero. Any share above the noise of the
+torque and below the smallest loop of a run gives the same half cycles."""
 
 
 @dataclass
