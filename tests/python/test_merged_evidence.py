@@ -218,6 +218,16 @@ def test_friction_that_sits_elsewhere_is_refused(warm: tuple[Campaign, list[Body
         merge_bodies([other, one], ["b", "a"])
 
 
+def test_friction_of_other_operators_is_refused(warm: tuple[Campaign, list[Body]]) -> None:
+    one, two = warm[1]
+    other = copy.deepcopy(two)
+    radii = list(one.about["radius_Nm"])
+    other.about["radius_Nm"] = radii * 2
+    expected = f"b: friction: found {2 * len(radii)} operators, expected {len(radii)} as in a: "
+    with pytest.raises(InputError, match=expected + "the same --friction"):
+        merge_bodies([one, other], ["a", "b"])
+
+
 def test_evidence_that_does_not_fit_together_is_refused(
     warm: tuple[Campaign, list[Body]], tmp_path: Path
 ) -> None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lostmotion import rules
 from lostmotion.candidates.slipped_teeth import jumping_effect, slipped_teeth
 from lostmotion.candidates.tangents import at_base, given_values
 from lostmotion.discover.advice import advise
@@ -51,6 +52,7 @@ from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.deviations import DEVIATIONS
 from lostmotion.fit.drive_file import SAMPLES_LEAST, make_base, require_samples
 from lostmotion.fit.few_readings import fit_few_readings
+from lostmotion.fit.forms import friction_form
 from lostmotion.fit.terms import Term, start_values
 from lostmotion.friction import Friction
 from lostmotion.hold_against import hold_against
@@ -207,6 +209,10 @@ def select_with(
         plain.fit(steps=REFIT_STEPS)
     if progress is not None:
         progress("fitting the baseline model")
+    if friction is None and plain.conditions.runs < rules.RUNS_LEAST:
+        friction = friction_form(
+            plain
+        )  # parts of few runs have one form, so that they can be merged
     fitted = finish_baseline(plain, effects, ratio, friction)
     base = fitted.base
     selection = select_recorded(base, effects, ratio, progress=progress)

@@ -92,6 +92,10 @@ def refuse_other_grid(bodies: Sequence[Body], files: Sequence[str | Path]) -> No
     """Refuse a part of a different drive, grid or model than the first."""
     first = bodies[0]
     for body, file in zip(bodies[1:], files[1:], strict=True):
+        found, wanted = (len(b.about["radius_Nm"]) for b in (body, first))
+        if found != wanted:
+            expected = f"{wanted} as in {files[0]}: the same --friction for every part"
+            raise InputError(file, "friction", f"{found} operators", expected)
         for key in ("rated_torque_Nm", "ratio", "knots_Nm", "radius_Nm"):
             one, two = np.array(body.about[key]), np.array(first.about[key])
             if one.shape != two.shape or not np.allclose(one, two, rtol=1e-9):
@@ -99,16 +103,16 @@ def refuse_other_grid(bodies: Sequence[Body], files: Sequence[str | Path]) -> No
                     file, key, f"{np.ravel(one)[0]:.6g}", f"{np.ravel(two)[0]:.6g} as in {files[0]}"
                 )
         if body.about["effects"] != first.about["effects"]:
-            found, wanted = (", ".join(b.about["effects"]) or "no effect" for b in (body, first))
-            raise InputError(file, "effects", found, f"{wanted} as in {files[0]}")
+            names, known = (", ".join(b.about["effects"]) or "no effect" for b in (body, first))
+            raise InputError(file, "effects", names, f"{known} as in {files[0]}")
         if body.point.size != first.point.size:
-            found, wanted = (f"{b.point.size} values of the baseline model" for b in (body, first))
-            raise InputError(file, "point", found, f"{wanted}, as in {files[0]}")
+            sizes = [f"{b.point.size} values of the baseline model" for b in (body, first)]
+            raise InputError(file, "point", sizes[0], f"{sizes[1]}, as in {files[0]}")
         if body.white.fixed.size != first.white.fixed.size:
             more = body.white.fixed.size > first.white.fixed.size
             one_side = ("in parallel with the spring alone", "outside it as well")
-            found, wanted = one_side[more], one_side[not more]
-            raise InputError(file, "friction", found, f"{wanted}, as in {files[0]}")
+            expected = f"{one_side[not more]}, as in {files[0]}"
+            raise InputError(file, "friction", one_side[more], expected)
 
 
 def refuse_twice(bodies: Sequence[Body], files: Sequence[str | Path]) -> set[str]:
