@@ -210,9 +210,7 @@ def select_with(
     if progress is not None:
         progress("fitting the baseline model")
     if friction is None and plain.conditions.runs < rules.RUNS_LEAST:
-        friction = friction_form(
-            plain
-        )  # parts of few runs have one form, so that they can be merged
+        friction = friction_form(plain)  # parts of few runs are merged in the same form
     fitted = finish_baseline(plain, effects, ratio, friction)
     base = fitted.base
     selection = select_recorded(base, effects, ratio, progress=progress)
