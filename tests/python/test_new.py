@@ -91,7 +91,6 @@ def test_every_key_of_a_design_is_in_the_file_which_reads_as_what_was_made(
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        ("size-20 hat", "found 'hat', expected a name, or one of cosine"),
         ("size-x", "found 'size-x', expected numbers, as in size-20 ratio-100"),
         ("size-20 size-25", "size: found '20' and '25', expected one size"),
         ("discs ring", "wave generator: found 'discs' and 'ring', expected one wave generator"),
@@ -115,6 +114,15 @@ def test_words_that_mean_nothing_are_refused_in_one_line(
     assert len(lines) == 1
     assert said in lines[0]
     assert list(tmp_path.iterdir()) == []
+
+
+def test_what_was_made_of_the_words_is_said(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "hat.toml"
+    assert main(["new", "size-20", "hat", "-o", str(file)]) == 0
+    said = "'hat': a cup of size 20, ratio 100, wave generator discs"
+    assert capsys.readouterr().out.splitlines() == [str(file), said]
 
 
 def test_a_file_that_exists_is_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

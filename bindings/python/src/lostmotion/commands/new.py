@@ -21,6 +21,7 @@ def run_new(arguments: argparse.Namespace) -> None:
         raise InputError(file, "", "a file that exists", "a new name, by -o FILE")
     document, broken = textbook_drive(size, ratio, generator, stem)
     said = [broken_check(check) for check in broken]
+    made = f"'{stem}': a cup of size {size:g}, ratio {ratio}, wave generator {generator}"
     heading = "\n".join(
         [
             f"Size {size:g}, ratio {ratio}, {generator}: textbook proportions "
@@ -37,7 +38,7 @@ def run_new(arguments: argparse.Namespace) -> None:
         "drive": document["drive"],
         "broken_checks": [check.name for check in broken],
     }
-    deliver(answer, arguments, lambda: print("\n".join([str(file), *said])))
+    deliver(answer, arguments, lambda: print("\n".join([str(file), made, *said])))
 
 
 def broken_check(check: Check) -> str:

@@ -274,10 +274,6 @@ def _toml(value: Any) -> str:
     return f"{value:.10g}"
 
 
-OTHER_FORMS = ("hat", "silk-hat", "silkhat", "pancake", "flat")
-"""Forms of a flexspline that the model does not know, as the trade calls them."""
-
-
 def parse_words(words: list[str]) -> tuple[float, int, str, str]:
     """Read ``size-20 ratio-100 discs NAME``: each may be left out, in any order.
 
@@ -294,9 +290,6 @@ def parse_words(words: list[str]) -> tuple[float, int, str, str]:
     found: dict[str, str] = {}
     for word in words:
         kind, dash, value = word.partition("-")
-        if word in OTHER_FORMS:
-            made = f"a name, or one of {', '.join(GENERATORS)}: the flexspline is a cup"
-            raise InputError("new", "", f"'{word}'", made)
         if word in GENERATORS:
             kind, value = "wave generator", word
         elif kind not in ("size", "ratio") or not dash:
