@@ -121,6 +121,17 @@ def test_an_arc_of_a_polyline_is_not_read_as_its_chord(tmp_path: Path) -> None:
     assert np.max(np.abs(x - chord)) == pytest.approx(0.05 * 1.09, rel=0.01)
 
 
+def test_of_two_polylines_none_is_chosen(tmp_path: Path) -> None:
+    path = tmp_path / "tooth.dxf"
+    document = ezdxf.new()
+    for across in (0.0, 1.0):
+        points = np.column_stack([across + flank(HEIGHTS), HEIGHTS])
+        document.modelspace().add_lwpolyline(points.tolist())
+    document.saveas(path)
+    with pytest.raises(InputError, match="2 pieces that do not join"):
+        read_points(str(tmp_path / "d.toml"), {"points_file": path.name}, "flexspline", {})
+
+
 def test_a_dxf_without_one_curve_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "tooth.dxf"
     document = ezdxf.new()

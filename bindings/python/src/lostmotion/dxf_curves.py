@@ -25,11 +25,11 @@ MM_PER_UNIT = {
 }
 """Lengths of the header variable $INSUNITS, AutoCAD DXF reference; 0, no unit, is taken as mm."""
 
-CHORD_MM = 1e-5
-"""Largest distance of a spline or arc from the chords between its points."""
-
 JOINT_MM = 1e-4
 """Largest distance of two ends that join, the last digit of a drawing."""
+
+CHORD_MM = JOINT_MM / 10
+"""Largest distance of a spline or arc from the chords between its points: no digit shows it."""
 
 CURVES = ("LINE", "ARC", "SPLINE", "ELLIPSE", "LWPOLYLINE", "POLYLINE")
 """Entities that can be part of a curve."""
@@ -47,14 +47,15 @@ def read_curve(path: Path, text: str) -> Pairs:
     Raises
     ------
     InputError
-        For an unknown unit, or pieces that do not join. Without ezdxf, for a curve that is not one
-        polyline of straight lines.
+        For an unknown unit, or pieces that do not join. Without ezdxf, for any curve but one
+        polyline of straight lines alone in its file.
     """
     lines = [line.strip() for line in text.splitlines()]
     groups = list(zip(lines[::2], lines[1::2], strict=False))
     scale = _scale(path, groups)
     pairs, straight = _polyline(path, groups)
-    if not (pairs and straight):
+    alone = sum(code == "0" and value in CURVES for code, value in groups) == 1
+    if not (pairs and straight and alone):
         pairs = _joined(path, list(_pieces(path, scale)), scale)
     return [(scale * x, scale * y) for x, y in pairs]
 
