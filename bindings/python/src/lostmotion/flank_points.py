@@ -24,6 +24,7 @@ from lostmotion.dxf_curves import read_curve
 from lostmotion.errors import InputError
 from lostmotion.files import TEXT_BYTES_MAX, read_bytes
 from lostmotion.keys import Key, TableEntry, as_in_file
+from lostmotion.rms import robust_rms
 
 Points = tuple[tuple[float, float], ...]
 
@@ -40,9 +41,6 @@ TOLERANCES = tuple(
 
 SCATTER_POINTS = 9
 """Least number of points whose scatter is estimated: five differences of fourth order."""
-
-NORMAL_MEDIAN = 0.6745
-"""Median of the absolute value of a normal variable, in standard deviations."""
 
 LEAST = 4
 """Least number of points: a cubic has four coefficients."""
@@ -211,8 +209,7 @@ def scatter_mm(points: Points) -> float | None:
     heights, across = windows(y, 5), windows(x, 5)
     apart = heights[:, :, None] - heights[:, None, :] + np.eye(5)
     weights = 1.0 / np.prod(apart, axis=2)
-    size = np.abs(np.sum(weights * across, axis=1)) / np.sqrt(np.sum(weights**2, axis=1))
-    return float(np.median(size)) / NORMAL_MEDIAN
+    return robust_rms(np.sum(weights * across, axis=1) / np.sqrt(np.sum(weights**2, axis=1)))
 
 
 @functools.cache

@@ -8,6 +8,7 @@ are used.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -16,6 +17,7 @@ import numpy.typing as npt
 
 from lostmotion.branches import REVERSAL_SHARE, directions
 from lostmotion.recordings import Campaign, Run
+from lostmotion.rms import robust_rms
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
@@ -328,7 +330,7 @@ def torque_noise(torque_Nm: FloatArray) -> float:
     """White noise of a torque from its second differences; 0 for few readings."""
     if torque_Nm.size < FEW_READINGS:
         return 0.0
-    return float(1.4826 * np.median(np.abs(np.diff(torque_Nm, 2))) / np.sqrt(6.0))
+    return robust_rms(np.diff(torque_Nm, 2)) / math.sqrt(6.0)
 
 
 STEP_SLACK = 0.05

@@ -19,6 +19,7 @@ from lostmotion.effects.conditions import side_by_side
 from lostmotion.evidence.noise import Noise
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.terms import Additive
+from lostmotion.rms import robust_rms
 from lostmotion.threads import in_parallel
 from lostmotion.units import ARCSEC, plain_number
 
@@ -211,8 +212,8 @@ def lost_counts(base: BaselineModel, ratio: float) -> list[Event]:
         if at.stop - at.start <= 2 * EDGE:
             continue
         turned, moved = sudden(angle[at] / (ratio * ARCSEC)), sudden(base.measured[at])
-        noise = spread_of(moved)
-        least = rules.SUDDEN_LEAST * (spread_of(turned) + noise)
+        noise = robust_rms(moved)
+        least = rules.SUDDEN_LEAST * (robust_rms(turned) + noise)
         for k in np.flatnonzero(np.abs(turned) > least):
             size = -float(turned[k])
             # The adjacent steps do not reverse it, whereas an outlier leaves and returns.
@@ -232,11 +233,6 @@ def sudden(values: FloatArray) -> FloatArray:
     step = np.diff(values)
     about = sliding_window_view(np.pad(step, 2, "edge"), 5)
     return np.asarray(step - np.median(about, axis=1))
-
-
-def spread_of(values: FloatArray) -> float:
-    """Robust standard deviation."""
-    return 1.4826 * float(np.median(np.abs(values)))
 
 
 def with_steps(base: BaselineModel, events: Sequence[Event]) -> BaselineModel:

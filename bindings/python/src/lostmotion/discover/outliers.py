@@ -7,6 +7,7 @@ import numpy.typing as npt
 
 from lostmotion import rules
 from lostmotion.fit.baseline import BaselineModel
+from lostmotion.rms import robust_rms
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -37,7 +38,7 @@ def clean_outliers(base: BaselineModel) -> int:
         for i in (0, 1, -2, -1):
             five = x[:5] if i >= 0 else x[-5:]
             off[i] = x[i] - np.median(np.delete(five, i))
-        scale = 1.4826 * float(np.median(np.abs(off))) + 1e-12
+        scale = robust_rms(off) + 1e-12
         found[at] = (np.abs(off) > rules.OUTLIER * scale) & ~jumping(base.conditions.torque[at])
     # Many adjacent ones are not outliers but a feature of the signal.
     crowd = np.convolve(found, np.ones(7))[3:-3]

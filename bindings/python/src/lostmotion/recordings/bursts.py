@@ -12,6 +12,8 @@ from math import comb
 import numpy as np
 import numpy.typing as npt
 
+from lostmotion.rms import NORMAL_MEDIAN, robust_rms
+
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
 
@@ -174,7 +176,7 @@ def local_noise(values: FloatArray, at: int) -> float:
     """
     near = values[max(at - NOISE_REACH, 0) : at + NOISE_REACH + 1]
     found = [
-        1.4826 * float(np.median(np.abs(np.diff(near, k)))) / comb(2 * k, k) ** 0.5
+        robust_rms(np.diff(near, k)) / comb(2 * k, k) ** 0.5
         for k in range(1, min(NOISE_ORDER, near.size - 1) + 1)
     ]
     return min(found, default=0.0)
@@ -189,7 +191,7 @@ def scatter(step: FloatArray) -> float:
     if size.size == 0:
         return 0.0
     middle, high = np.quantile(size, [0.5, 0.9])
-    return float(max(1.4826 * middle, high / 3.0))
+    return float(max(NORMAL_MEDIAN * middle, high / 3.0))
 
 
 def markers(values: FloatArray, absolute: bool = False) -> BoolArray:
