@@ -549,14 +549,14 @@ def look(view: View, name: str, width: int) -> None:
 def axe(tmp_path_factory: pytest.TempPathFactory) -> str:
     """The accessibility checker axe-core from npm's registry."""
     if shutil.which("npm") is None:
-        pytest.skip("npm not installed: axe-core comes from its registry")
+        pytest.skip("no npm: apt install npm (the accessibility checker comes from its registry)")
     folder = tmp_path_factory.mktemp("axe")
     done = subprocess.run(
         ["npm", "pack", "--silent", "axe-core@4"], cwd=folder, capture_output=True, text=True,
         check=False, timeout=120,
     )  # fmt: skip
     if done.returncode != 0:
-        pytest.skip("npm's registry was not reached: axe-core comes from there")
+        pytest.skip("npm's registry was not reached: the accessibility checker comes from there")
     with tarfile.open(folder / done.stdout.strip().splitlines()[-1]) as archive:
         script = archive.extractfile("package/axe.min.js")
         assert script is not None

@@ -17,7 +17,8 @@ identify such an effect.
 
 Of these forms, the one with the fewest values is selected that no other beats by
 `rules.SIZE_LEAST` of the noise. A missing effect hides how much of the residual is due to the form:
-the form is chosen again with the effects found in the model (`form_beside`).
+the form is chosen again with the effects found in the model (`form_beside`). `diagnose` keeps
+constant width with few runs: they name no effect, and their evidence is merged in one form.
 """
 
 from __future__ import annotations
@@ -50,8 +51,8 @@ FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
 
 FAR = 0.25
-"""Share of the largest torque of a run that is far from zero. Any share above the noise of the
-torque and below the smallest loop of a run gives the same half cycles."""
+"""Share of the largest torque of a run that is far from zero: above its noise, below its smallest
+loop. On the printed reducer of `tests/data` shares of 0.05 to 0.5 give the same half cycles."""
 
 
 @dataclass

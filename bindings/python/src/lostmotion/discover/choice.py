@@ -197,9 +197,9 @@ def try_lead(
 
     count = corrected_for(current, lead.candidate)
     contender.size = model.size_within(contender) if lead.size is None else lead.size
-    contender.passes = contender.gain + model.not_kept(
-        contender
-    ) >= rules.GAIN_LEAST and large_enough(lead.round, lead.result, contender.size, least)
+    gain = contender.gain + model.not_kept(contender)
+    enough = large_enough(lead.round, lead.result, contender.size, least)
+    contender.passes = gain >= rules.GAIN_LEAST and enough
     if contender.passes and contender.candidate.named:
         contender.in_model = model.tested(contender)
         contender.passes = contender.in_model is not None and accepted(contender.in_model, count)

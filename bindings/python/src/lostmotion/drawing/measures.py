@@ -16,6 +16,9 @@ from lostmotion.report.mesh import make_mesh
 PIN_STEP_MM = 0.01
 """Measuring pins are sold in steps of a hundredth."""
 
+MODULE_DIGITS = 8
+"""Decimals of the module, which is multiplied by the number of teeth: all that `new` writes."""
+
 
 @dataclass(frozen=True)
 class Row:
@@ -84,10 +87,6 @@ def base_half_angle(model: DesignModel, profile: GearProfile) -> float:
         + 2.0 * float(shift) * math.tan(alpha) / profile.teeth
         + involute(alpha)
     )
-
-
-MODULE_DIGITS = 8
-"""Decimals of the module, which is multiplied by the number of teeth: all that `new` writes."""
 
 
 def span_measure(model: DesignModel, profile: GearProfile) -> tuple[int, float] | None:

@@ -50,14 +50,14 @@ PLAY_RANGE = (1 / 200, 0.6)
 """Smallest and largest half width relative to the largest torque."""
 
 LOAD_GROWTHS = 4
-"""Number of growths of the operators whose half width grows with the load."""
+"""Number of growths of the operators whose half width grows with the load: with two half widths
+each they fit Maxwell slip with load-dependent limits (tests/rig/laws.c) to the noise."""
 
 LOAD_RANGE = (0.02, 0.6)
 """Smallest and largest growth of a half width per torque. Friction of gears grows by 0.05 to 0.3 of
 the load. Every growth comes with two half widths at zero torque, the smallest and the middle one of
 `PLAY_RANGE`: the friction of a loaded contact also has a constant part, and operators without it
-predict loops of another size with too much or too little friction. Four growths with both fit
-Maxwell slip with load-dependent limits (tests/rig/laws.c) to the noise.
+predict loops of another size with too much or too little friction.
 """
 
 ENVELOPE_KNEE = 0.3
