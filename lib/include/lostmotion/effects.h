@@ -67,6 +67,7 @@ typedef struct lm_conditions {
 #define LM_COUNT_CONDITION(...) +1
 #define LM_CONDITION_COUNT (0 LM_CONDITION_CARD_LIST(LM_COUNT_CONDITION))
 
+#if LM_EFFECT_CARDS
 /* What is stated about a condition for people and for programs that read recordings. */
 typedef struct lm_condition_card {
   const char *name;     /* field of lm_conditions */
@@ -80,7 +81,6 @@ typedef struct lm_condition_card {
   uint32_t traits;     /* LM_CONDITION_ bits */
 } lm_condition_card;
 
-#if LM_EFFECT_CARDS
 extern const lm_condition_card lm_condition_cards[LM_CONDITION_COUNT];
 #endif
 
