@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from small_campaigns import RATED_NM, RATIO, campaign, torque_of
 
-from lostmotion.candidates.between_runs import levels, partings, run_drifts, scan
+from lostmotion.candidates.between_runs import partings, run_drifts, scan
 from lostmotion.candidates.candidate import Candidate
 from lostmotion.candidates.named import named_candidates
 from lostmotion.candidates.shapes import waves
@@ -65,14 +65,6 @@ def test_partings_are_between_different_values():
     found = partings(np.array([0.0, 0.0, 5.0, 5.0, 5.0, 9.0]))
     assert [np.count_nonzero(beyond) for _, beyond in found] == [4, 1]
     assert [threshold for threshold, _ in found] == [2.5, 7.0]
-
-
-def test_rates_that_differ_by_noise_alone_are_one():
-    rates = np.array([0.0, 1e-9, 0.100, 0.101, 0.099, 1.40, 0.45, 1.41, 0.0])
-    _, number = np.unique(levels(rates), return_inverse=True)
-    assert number.tolist() == [0, 0, 1, 1, 1, 3, 2, 3, 0]
-    assert levels(rates)[2] == pytest.approx(0.1, rel=1e-4)
-    assert np.ptp(levels(np.zeros(5))) == 0
 
 
 def test_the_level_is_shared_evenly_among_answers_and_within_each():

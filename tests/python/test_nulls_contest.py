@@ -8,8 +8,13 @@ from nulls import fewest, most, ramps, white
 from scipy import stats
 from scipy.signal import lfilter
 
-from lostmotion import rules
-from lostmotion.discover.gates import accepted, paired_t, runs_separate, signed_rank
+from lostmotion.discover.gates import (
+    accepted,
+    deviations_least,
+    paired_t,
+    runs_separate,
+    signed_rank,
+)
 from lostmotion.evidence.contest import Contest
 from lostmotion.evidence.gram import Evidence, gather
 from lostmotion.evidence.noise import fit_noise
@@ -110,8 +115,8 @@ def test_intervals_from_the_covariance_hold_the_truth_as_often_as_they_state(siz
 def test_equal_effects_are_seldom_distinguished_by_chance() -> None:
     rng = np.random.default_rng(5)
     trials = 2000
-    told = sum(paired_t(*rng.normal(size=(2, RUNS))) >= rules.PAIRED_T for _ in range(trials))
-    level = float(stats.t.sf(rules.PAIRED_T, RUNS - 1))
+    told = sum(paired_t(*rng.normal(size=(2, RUNS))) >= deviations_least() for _ in range(trials))
+    level = float(stats.t.sf(deviations_least(), RUNS - 1))
     assert fewest(trials, level) <= told <= most(trials, level)
 
 
@@ -120,9 +125,9 @@ def test_signed_ranks_distinguish_equal_effects_as_seldom_as_stated(tail: int) -
     rng = np.random.default_rng(6)
     trials = 4000
     pairs = rng.standard_t(tail, size=(trials, 2, RUNS))
-    told = sum(signed_rank(*pair) >= rules.PAIRED_T for pair in pairs)
+    told = sum(signed_rank(*pair) >= deviations_least() for pair in pairs)
     # So few runs have fewer large ranks than the normal distribution has.
-    assert 0 < told <= most(trials, float(stats.norm.sf(rules.PAIRED_T)))
+    assert 0 < told <= most(trials, float(stats.norm.sf(deviations_least())))
 
 
 def test_signed_ranks_of_four_runs() -> None:
@@ -135,7 +140,7 @@ def test_signed_ranks_of_four_runs() -> None:
 def test_a_dominant_run_does_not_hide_the_evidence_of_the_others() -> None:
     ahead = np.abs(np.random.default_rng(8).normal(size=RUNS)) + 0.1
     ahead[3] = 1000.0
-    assert paired_t(ahead, np.zeros(RUNS)) < rules.PAIRED_T
+    assert paired_t(ahead, np.zeros(RUNS)) < deviations_least()
     assert runs_separate(ahead, np.zeros(RUNS))
     assert not runs_separate(np.zeros(RUNS), ahead)
     assert not runs_separate(np.where(np.arange(RUNS) == 3, 1000.0, 0.0), np.zeros(RUNS))

@@ -16,9 +16,11 @@ hundred ripples, do not suppress another answer. Outlier runs are tested at the 
 Conventional: one false answer in a hundred campaigns.
 """
 
-FLIP_LEVEL = 0.05
-"""Level of the sign-flip test. If the plan limits the test to few patterns, the least p that it
-allows is sufficient: three runs in which wear varies have only eight sign patterns.
+RUN_LEVEL = 0.05
+"""Level of the tests in which runs are the samples: the sign-flip test, and the two-sided
+comparison of two effects by their gains in each run. If the plan limits the sign-flip test to few
+patterns, the least p that it allows is sufficient: three runs in which wear varies have only eight
+sign patterns. With fewer runs than `sign_flips.runs_least` no p is as small as the level.
 
 Conventional: the usual 5 % of a permutation test, beside the F test.
 """
@@ -57,17 +59,10 @@ of a wrong one, and tests/python/test_merged_evidence.py has two right effects i
 
 # Selection: which of the candidates that count is the answer.
 
-PAIRED_T = 2.0
-"""Paired t and signed ranks of the runs, in standard deviations, below which two effects are
-confounded. If one run dominates, t is about 1 regardless of the others, but their ranks are not ...
-
-Conventional: two standard deviations, 5 % two-sided with many runs.
-"""
-
 RIVAL_SHARE = 0.5
-"""... provided that the weaker one gains this share of the stronger one. A candidate with less
-cannot be a rival, and is not refitted. A refit that keeps less of the gain in the contest is not
-the same optimum, and is repeated from another start.
+"""Two effects can be confounded only if the weaker one gains this share of the stronger one. A
+candidate with less is not refitted. A refit that keeps less of the gain in the contest is not the
+same optimum, and is repeated from another start.
 
 Chosen: half.
 """
@@ -89,12 +84,6 @@ the true one 1.06.
 """
 
 # Verdict: what is stated about the answer.
-
-RUNS_LEAST = 6
-"""With fewer runs the smallest p of the sign-flip test is above 0.05: no effect can be identified.
-
-Derived: 2^-(n-1) < 0.05 for n = 6, of the signs of the runs.
-"""
 
 TWIN_DEG = 10.0
 """Effects within this angle are confounded with this plan, and a shape contains such an effect. An
@@ -162,14 +151,6 @@ OUTLIERS_MOST = 0.03
 
 Chosen: three times the share of wild samples in the worst logs of tests/rig, half the share due to
 steps of friction in the logs of a printed reducer.
-"""
-
-SAME_RATE = 1.25
-"""Rates of the load, or of sampling, that agree within this factor are equal: the noise of torque
-and clock makes each slightly different.
-
-Chosen: far above the noise, and below a factor of two. No verdict of the screened campaigns changes
-if every rate of the load is a separate one.
 """
 
 PERSISTENCE_MAX = 0.95

@@ -14,11 +14,9 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion import rules
 from lostmotion.candidates.candidate import Candidate
 from lostmotion.candidates.shapes import usual_rates
 from lostmotion.evidence.contest import Contest
-from lostmotion.evidence.noise import group_within
 from lostmotion.evidence.scatter import reduce
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.deviations import DEVIATIONS
@@ -26,25 +24,14 @@ from lostmotion.fit.deviations import DEVIATIONS
 FloatArray = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
-STANDING = 1e-3
-"""Share of the fastest rate below which a load is at rest."""
-
 
 def run_channels(base: BaselineModel) -> dict[str, tuple[FloatArray, str]]:
     """Quantities with one value per run, and their units."""
     rates = usual_rates(base)[base.conditions.starts[:-1]]
     return {
-        "torque_rate": (levels(rates), "Nm/s"),
+        "torque_rate": (rates, "Nm/s"),
         "run": (np.arange(base.conditions.runs, dtype=np.float64), ""),
     }
-
-
-def levels(rates: FloatArray) -> FloatArray:
-    """Loading rates; nearly equal ones are replaced by their geometric mean."""
-    floored = np.maximum(rates, STANDING * max(float(rates.max(initial=0.0)), 1e-300))
-    group = group_within(floored, rules.SAME_RATE)
-    sums = np.bincount(group, weights=np.log(floored))
-    return np.asarray(np.exp(sums / np.bincount(group))[group])
 
 
 def partings(values: FloatArray) -> list[tuple[float, Mask]]:

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion import rules
 from lostmotion.commands.inputs import protocol_of, read_inputs
 from lostmotion.discover.advice import count_runs
 from lostmotion.discover.answer import Diagnosis
@@ -31,6 +30,7 @@ from lostmotion.effects.template import template
 from lostmotion.errors import InputError
 from lostmotion.evidence.file import load_body
 from lostmotion.evidence.merging import merge_bodies
+from lostmotion.evidence.sign_flips import runs_least
 from lostmotion.files import write_whole
 from lostmotion.model import make_torsion_curve
 from lostmotion.options import effects_of, ratio_of
@@ -406,7 +406,7 @@ def show_check(answer: Mapping[str, Any]) -> None:
 def show_runs_lacking(answer: Mapping[str, Any]) -> None:
     """Print a note if there are too few runs to identify an effect."""
     if not answer["enough_runs"]:
-        print(f"fewer than {rules.RUNS_LEAST} runs: diagnose cannot identify an effect")
+        print(f"fewer than {runs_least()} runs: diagnose cannot identify an effect")
 
 
 def show_forecast(answer: Mapping[str, Any]) -> None:

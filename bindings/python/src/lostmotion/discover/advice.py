@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from lostmotion import rules
 from lostmotion.discover.conclusion import Conclusion
 from lostmotion.discover.contest_round import ContestRound
 from lostmotion.effects.columns import NO_COLUMN
 from lostmotion.effects.effect import Effect
+from lostmotion.evidence.sign_flips import runs_least
 
 ASK_WHAT_DIFFERED = (
     "Find out what was different in these runs (temperature, cycles, mounting), record it as a "
@@ -24,7 +24,7 @@ def count_runs(runs: int) -> str:
 
 def too_few(runs: int) -> str:
     """State that so many runs are too few."""
-    return f"At least {rules.RUNS_LEAST} runs are needed to identify an effect, found {runs}"
+    return f"At least {runs_least()} runs are needed to identify an effect, found {runs}"
 
 
 def advise(
@@ -44,7 +44,7 @@ def advise(
     harmful : mapping
         Result of `ladder.harms`: an effect that makes a prediction worse is not recommended either.
     """
-    if runs < rules.RUNS_LEAST:
+    if runs < runs_least():
         return f"{too_few(runs)}: repeat the plan."
     if found.outliers is not None:
         return ASK_WHAT_DIFFERED
@@ -92,7 +92,7 @@ def why_not(at_bound: Sequence[str] | None, harmful: Sequence[Mapping[str, Any]]
 
 def advise_merged(found: Conclusion, runs: int, alone: Sequence[Mapping[str, Any]]) -> str:
     """Recommend the next step for merged evidence; `alone` has the result of each campaign."""
-    if runs < rules.RUNS_LEAST:
+    if runs < runs_least():
         return f"{too_few(runs)}: add evidence."
     if found.outliers is not None:
         return ASK_WHAT_DIFFERED

@@ -1,7 +1,7 @@
 """The form of the baseline model, chosen before anything is named.
 
 Every form of the hysteresis (`lostmotion.friction`) is cross-validated by runs; a combination of
-forms is tried if one of its parts lowers the error. Fewer than `rules.RUNS_LEAST` runs are
+forms is tried if one of its parts lowers the error. Fewer than `sign_flips.runs_least` runs are
 cross-validated by half cycles of the torque: how friction grows with the load shows in each of
 them. Whether it is in parallel or in series with the spring does not: a series operator moves the
 angle as one in parallel does where the torsion curve has one slope, and only loops of several sizes
@@ -9,7 +9,7 @@ separate them. Half cycles therefore decide only whether friction grows with the
 than operators of constant width in parallel with the spring is selected if
 
 - these pieces confirm it (`gates.runs_separate`, of their errors under fits to the others): with
-fewer than `rules.RUNS_LEAST` pieces no form is tried;
+fewer than `sign_flips.runs_least` pieces no form is tried;
 - it explains at least `rules.FORM_EXPLAINS` of the residual above the measurement noise. A form
 that explains less may imitate a missing effect and is left to the contest;
 - no hysteresis effect of the library does as well in addition to constant width; few runs do not
@@ -41,6 +41,7 @@ from lostmotion.discover.refits import without_deviations
 from lostmotion.discover.terms import beyond_form
 from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.effect import Effect
+from lostmotion.evidence.sign_flips import runs_least
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.forms import friction_form, in_form, leads_to
 from lostmotion.fit.held_out import held_out_residual
@@ -114,7 +115,7 @@ def tried(
 def piece_starts(c: Conditions, judged: npt.NDArray[np.bool_]) -> IntArray:
     """Offsets of the pieces: runs, or their half cycles if few runs are judged."""
     runs = int(np.count_nonzero(np.logical_or.reduceat(judged, c.starts[:-1])))
-    if runs >= rules.RUNS_LEAST:
+    if runs >= runs_least():
         return c.starts
     cuts = [at.start + half_cycles(c.torque[at]) for at in c.slices()]
     return np.sort(np.concatenate((c.starts, *cuts)))
@@ -179,7 +180,7 @@ def choose_form(
             fitted := in_form(base, wanted, rows), wanted, {wanted: tried(fitted, rows)}
         )
     plain = known.get(given) or tried(base, rows)
-    if np.count_nonzero(plain.by_piece) < rules.RUNS_LEAST:
+    if np.count_nonzero(plain.by_piece) < runs_least():
         return ChosenForm(base, given, {given: plain})
     found, fits = {given: plain}, {given: base}
     others = [name for name in FORMS if name != given and leads_to(given, name)]

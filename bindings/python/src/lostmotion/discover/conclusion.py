@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from lostmotion import rules
 from lostmotion.discover.choice import Step
 from lostmotion.discover.gates import family_p
 from lostmotion.discover.outlier_runs import OutlierRuns
+from lostmotion.evidence.sign_flips import runs_least
 
 HYSTERESIS_FORM = "hysteresis form"
 """Shape of a part that depends on the torque and its history in another way than the baseline
@@ -146,7 +146,7 @@ def decide(runs: int, names: list[str], rivals: list[str], nameless: bool) -> tu
     nameless : bool
         Whether an unnamed shape or an event was also found.
     """
-    if runs < rules.RUNS_LEAST:
+    if runs < runs_least():
         return ("unexplained" if names or nameless else INCONCLUSIVE), []
     if nameless:
         return "unexplained", names

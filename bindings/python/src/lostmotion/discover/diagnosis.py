@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lostmotion import rules
 from lostmotion.candidates.slipped_teeth import jumping_effect, slipped_teeth
 from lostmotion.candidates.tangents import at_base, given_values
 from lostmotion.discover.advice import advise
@@ -48,6 +47,7 @@ from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.effect import Effect
 from lostmotion.effects.library import library
 from lostmotion.errors import InputError, given_as
+from lostmotion.evidence.sign_flips import runs_least
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.deviations import DEVIATIONS
 from lostmotion.fit.drive_file import SAMPLES_LEAST, make_base, require_samples
@@ -209,7 +209,7 @@ def select_with(
         plain.fit(steps=REFIT_STEPS)
     if progress is not None:
         progress("fitting the baseline model")
-    if friction is None and plain.conditions.runs < rules.RUNS_LEAST:
+    if friction is None and plain.conditions.runs < runs_least():
         friction = friction_form(plain)  # parts of few runs are merged in the same form
     fitted = finish_baseline(plain, effects, ratio, friction)
     base = fitted.base

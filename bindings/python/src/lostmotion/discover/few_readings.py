@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from lostmotion import rules
 from lostmotion.discover.advice import count_runs
 from lostmotion.discover.answer import Diagnosis
 from lostmotion.discover.conclusion import INCONCLUSIVE
 from lostmotion.effects.effect import Effect
+from lostmotion.evidence.sign_flips import runs_least
 from lostmotion.fit.drive_file import SAMPLES_LEAST
 from lostmotion.fit.few_readings import FewReadings
 from lostmotion.rms import rms_of
@@ -25,7 +25,7 @@ def few_readings_diagnosis(few: FewReadings, effects: Mapping[str, Effect]) -> D
         f"{c.rows} readings in {count_runs(c.runs)} determine a torsion curve and the width of "
         f"its loop, but no effect: record the torque loop as a log of {SAMPLES_LEAST} samples "
         "or more, "
-        f"and repeat it in {rules.RUNS_LEAST} runs or more that vary temperature, angle and "
+        f"and repeat it in {runs_least()} runs or more that vary temperature, angle and "
         "amplitude one at a time."
     )
     return Diagnosis(

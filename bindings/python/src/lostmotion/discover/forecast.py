@@ -18,6 +18,7 @@ from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.effect import Effect
 from lostmotion.evidence.noise import Noise
 from lostmotion.evidence.overlap import principal_angles
+from lostmotion.evidence.sign_flips import runs_least
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.drive_file import require_plan, restore
 from lostmotion.recordings import Campaign
@@ -79,7 +80,7 @@ def forecast(
         "schema": "lostmotion.forecast/1",
         "runs": base.conditions.runs,
         "samples": base.conditions.rows,
-        "enough_runs": base.conditions.runs >= rules.RUNS_LEAST,
+        "enough_runs": base.conditions.runs >= runs_least(),
         "effects": rows,
         "confusable": pairs,
         "assumed": {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from statistics import NormalDist
 
 import numpy as np
 import numpy.typing as npt
@@ -77,8 +78,8 @@ def accepted(result: Result, count: int) -> bool:
 
     The level is corrected for `count` tests (`corrected_for`).
     """
-    share = rules.FLIP_LEVEL / result.flip_limit
-    spread = result.flip_p <= rules.FLIP_LEVEL and result.p * count <= rules.P_LIMIT
+    share = rules.RUN_LEVEL / result.flip_limit
+    spread = result.flip_p <= rules.RUN_LEVEL and result.p * count <= rules.P_LIMIT
     few = result.flip_p <= result.flip_limit and result.p * count <= rules.P_LIMIT * share
     return (spread or few) and result.gain >= rules.GAIN_LEAST
 
@@ -165,6 +166,11 @@ def signed_rank(a: FloatArray, b: FloatArray) -> float:
     return float((total - n * (n + 1) / 4) / np.sqrt(n * (n + 1) * (2 * n + 1) / 24))
 
 
+def deviations_least() -> float:
+    """Standard deviations by which a difference between two effects is significant, two-sided."""
+    return NormalDist().inv_cdf(1.0 - float(rules.RUN_LEVEL) / 2.0)
+
+
 def runs_separate(a: FloatArray, b: FloatArray) -> bool:
     """Whether the runs separate the first of two candidates from the second."""
-    return max(paired_t(a, b), signed_rank(a, b)) >= rules.PAIRED_T
+    return max(paired_t(a, b), signed_rank(a, b)) >= deviations_least()

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion import rules
+from lostmotion.discover.gates import deviations_least
 from lostmotion.discover.measured_conditions import Setting, settings_of
 from lostmotion.effects.conditions import Conditions
 from lostmotion.fit.baseline import BaselineModel
@@ -159,7 +160,7 @@ def shown_without(left: LeftOut, setting: Setting) -> bool:
         wald = float(values @ np.linalg.solve(covariance, values))
     except np.linalg.LinAlgError:
         return False
-    return wald >= mine.size * rules.PAIRED_T**2
+    return wald >= mine.size * deviations_least() ** 2
 
 
 def harms(before: Rung, after: Rung) -> list[dict[str, Any]]:

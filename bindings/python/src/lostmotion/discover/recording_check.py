@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion import rules, units
+from lostmotion import units
 from lostmotion.effects.columns import DERIVED, missing_columns
 from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.effect import Effect
+from lostmotion.evidence.sign_flips import runs_least
 from lostmotion.recordings import Campaign, say_findings
 
 FloatArray = npt.NDArray[np.float64]
@@ -94,7 +95,7 @@ def check(campaign: Campaign, effects: Mapping[str, Effect]) -> dict[str, Any]:
         "samples": conditions.rows,
         "lost_motion_arcmin": largest_swing_arcmin(campaign),
         "largest_torque_Nm": campaign.largest_torque_Nm,
-        "enough_runs": conditions.runs >= rules.RUNS_LEAST,
+        "enough_runs": conditions.runs >= runs_least(),
         "constant": constant,
         "begin_elsewhere": begin_elsewhere(campaign),
         "aliased": aliased,

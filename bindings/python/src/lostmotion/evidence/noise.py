@@ -119,7 +119,8 @@ def rate_groups(time_s: FloatArray, starts: IntArray) -> IntArray:
         step = np.diff(time_s[a:b])
         # A clock with coarse ticks repeats stamps, so the mean step is used.
         steps.append(max(float(np.mean(step)), 1e-9) if step.size else 1.0)
-    return group_within(np.array(steps), rules.SAME_RATE)
+    # Rates are equal if samples ORDER_MAX apart are less than half a sample apart in phase.
+    return group_within(np.array(steps), 1.0 + 0.5 / ORDER_MAX)
 
 
 def group_within(values: FloatArray, factor: float) -> IntArray:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import numpy.typing as npt
 
@@ -25,6 +27,14 @@ def sign_patterns(runs: int) -> FloatArray:
     signs = np.random.default_rng(SEED).choice([-1.0, 1.0], (FLIPS + 1, runs))
     signs[0] = 1.0
     return signs
+
+
+def runs_least() -> int:
+    """Least number of runs that can identify an effect.
+
+    With fewer, the smallest p of the test, one of 2^(n-1) patterns, is above its level.
+    """
+    return next(n for n in itertools.count(1) if 0.5 ** (n - 1) <= rules.RUN_LEVEL)
 
 
 def flip_p(signs: FloatArray, score: FloatArray, weight: FloatArray) -> float:
@@ -59,4 +69,4 @@ def flip_limit(signs: FloatArray, ideal: FloatArray, weight: FloatArray, wald: f
     reach = ((sums @ weight) * sums).sum(axis=1)
     least = max(1.0 - 1.0 / np.sqrt(max(wald, 1.0)), 0.0) ** 2
     best = float(np.mean(reach >= reach[0] * least * (1 - 1e-9)))
-    return max(best, rules.FLIP_LEVEL)
+    return max(best, rules.RUN_LEVEL)

@@ -6,12 +6,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from lostmotion import rules
 from lostmotion.discover.advice import count_runs
 from lostmotion.discover.answer import Diagnosis
 from lostmotion.discover.conclusion import INCONCLUSIVE
 from lostmotion.discover.fitted_model import FittedModel
 from lostmotion.drives import Drive
+from lostmotion.evidence.sign_flips import runs_least
 from lostmotion.fit.drive_file import SAMPLES_LEAST
 from lostmotion.recordings import say_findings
 from lostmotion.report.charts import Chart, plots_of
@@ -50,11 +50,11 @@ VALUES_SHOWN = 3
 def verdict_sentence(answer: Mapping[str, Any]) -> str:
     """Summarise a diagnosis in one sentence."""
     names = ", ".join(answer["effects"])
-    runs = int(answer.get("runs", rules.RUNS_LEAST))
+    runs = int(answer.get("runs", runs_least()))
     sentence = {
         INCONCLUSIVE: "Inconclusive: too few readings to identify an effect."
         if answer.get("samples", SAMPLES_LEAST) < SAMPLES_LEAST
-        else f"Inconclusive: {count_runs(runs)}. At least {rules.RUNS_LEAST} are needed to "
+        else f"Inconclusive: {count_runs(runs)}. At least {runs_least()} are needed to "
         "identify an effect.",
         "complete": "Nothing is missing beyond the noise.",
         "missing-effect": f"Missing: {names}.",
