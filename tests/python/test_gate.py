@@ -227,3 +227,75 @@ def test_python_and_workbench_pass_the_same_gate(tmp_path: Path, clean: Columns,
     }
     with pytest.raises(InputError, match="ratio = 100 in"):
         calls[call]()
+
+
+SWING_RAD = {"one joint of an arm": 4.7, "a drive of soft plastic": 0.3}
+
+
+def swing(folder: Path, largest_rad: float, **columns: str) -> tuple[str, list[str]]:
+    """Write three loops up to an angle, and the maps of its columns."""
+    phase = 2 * np.pi * np.arange(600) / 200
+    torque, angle = 5 * np.sin(phase), largest_rad / 2 * np.sin(phase) + 1e-4 * np.cos(phase)
+    table = {"time_s": 0.02 * np.arange(600), "torque_Nm": torque}
+    table |= {name: angle if how == "angle" else -0.9 * angle for name, how in columns.items()}
+    file = folder / "swing.csv"
+    rows = [",".join(f"{x:.8g}" for x in row) for row in zip(*table.values(), strict=True)]
+    file.write_text("\n".join([",".join(table), *rows]) + "\n")
+    return str(file), ["--ratio", "20"]
+
+
+@pytest.mark.parametrize("command", ["check", "characterize"])
+@pytest.mark.parametrize(
+    ("columns", "options", "line"),
+    [
+        ({"lost_motion_rad": "angle"}, [], "lost_motion_rad: found 4.7 rad in run swing"),
+        (
+            {"output_angle_rad": "angle"},
+            ["--locked", "input"],
+            "output_angle_rad: found 4.7 rad of lost motion in run swing, expected less than 0.5 "
+            "rad of wind-up: recordings with the input locked, or with both angles",
+        ),
+        (
+            {"output_angle_rad": "angle", "input_angle_rad": "other"},
+            [],
+            "output_angle_rad: found 4.91 rad between output and input / 20 in run swing",
+        ),
+    ],
+)
+def test_angles_that_no_drive_winds_up_by_are_refused(
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    command: str,
+    columns: dict[str, str],
+    options: list[str],
+    line: str,
+) -> None:
+    """The swing of a joint, or the angles of two, are no lost motion, in every command."""
+    file, ratio = swing(tmp_path, SWING_RAD["one joint of an arm"], **columns)
+    output = ["-o", str(tmp_path / "drive.toml")] if command == "characterize" else []
+    with pytest.raises(SystemExit) as ended:
+        raise SystemExit(main([command, file, *ratio, *options, *output]))
+    assert ended.value.code == 2
+    assert line in capsys.readouterr().err
+    assert not (tmp_path / "drive.toml").exists()
+
+
+def test_a_locked_input_needs_no_encoder(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A soft drive winds up by more than encoders may differ; its locked input has none."""
+    file, ratio = swing(tmp_path, SWING_RAD["a drive of soft plastic"], output_angle_rad="angle")
+    drive = str(tmp_path / "drive.toml")
+    assert main(["characterize", file, *ratio, "--locked", "input", "-o", drive]) == 0
+    assert main(["compare", drive, file, "--locked", "input"]) == 0
+    assert "fitted" in capsys.readouterr().out
+
+
+def test_a_ratio_that_no_drive_file_takes_is_refused_as_an_option(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, _ = swing(tmp_path, 0.1, lost_motion_rad="angle")
+    output = str(tmp_path / "drive.toml")
+    assert main(["characterize", file, "--ratio", "-1", "-o", output]) == 2
+    line = capsys.readouterr().err
+    assert line == "lostmotion: --ratio: found '-1', expected more than 1 or less than -1\n"

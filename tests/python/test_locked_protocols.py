@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from lostmotion.effects.columns import closed_by_columns
 from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.library import library
 from lostmotion.errors import InputError
-from lostmotion.recordings import Protocol, read_campaign
+from lostmotion.recordings import Campaign, Protocol, read_campaign
 from lostmotion.sample import sample_campaign
 
 DATA = Path(__file__).parents[1] / "data"
@@ -204,3 +205,22 @@ def test_a_plan_may_be_one_of_a_locked_output(
     options = ["--locked", "output", "--torque-constant-Nm-per-A", "0.05"]
     assert main(["forecast", drive, str(plan), *options, "--json", "-"]) == 0
     assert json.loads(capsys.readouterr().out)["schema"] == "lostmotion.forecast/1"
+
+
+@pytest.mark.parametrize("read", [read_campaign, sample_campaign])
+@pytest.mark.parametrize("ratio", [None, 100.0])
+def test_a_locked_input_has_no_encoder_that_could_lose_turns(
+    tmp_path: Path, read: Callable[..., Campaign], ratio: float | None
+) -> None:
+    """A soft drive, at rest at two loads: its moves are longer than a turn of the input."""
+    ends, up = np.zeros(9), np.array([0.03, 0.09, 0.135])
+    angle = np.tile(np.concatenate([ends, up, ends + 0.15, 0.15 - up]), 6)
+    torque = 33 * angle + 0.3 * np.sin(np.arange(angle.size))
+    for run in (1, 2):
+        columns = {"time_s": 0.1 * np.arange(angle.size), "torque_Nm": torque}
+        written(tmp_path, columns | {"output_angle_rad": angle + 0.2 * run}, f"{run}.csv")
+    campaign = read([tmp_path], ratio=ratio, protocol=Protocol("input"))
+    for run, found in enumerate(campaign.runs, start=1):
+        np.testing.assert_allclose(found.lost_motion_rad, angle + 0.2 * run)
+        assert not found.columns["input_angle"].any()
+    assert {finding.kind for finding in campaign.findings} == {"locked"}

@@ -114,6 +114,24 @@ def test_lost_motion_is_output_minus_input_over_ratio(write: Write) -> None:
         ("time_s,torque_Nm,torque_Nm,lost_motion_rad", ("torque_Nm", "the column twice")),
         ("time_s,torque_Nm,lost_motion_rad,cycles_rev", ("cycles_rev", "unit 'rev'", "no unit")),
         ("time_s,torque_Nm,lost_motion_rad,temperature", ("temperature", "no unit", "C, K or F")),
+        (
+            "time_s,torque_Nm,lost_motion_rad,temperature_setpoint",
+            (
+                "unknown unit 'setpoint'",
+                "C, K or F); if the column is another quantity, --map temperature_setpoint=unused",
+            ),
+        ),
+        (
+            "time_s,brake torque [Nm],sensor torque [Nm],lost_motion_rad",
+            ("--map COLUMN=torque_Nm in its unit ('brake torque [Nm]', 'sensor torque [Nm]')",),
+        ),
+        (
+            "time [s],a [Nm],b [Nm],c [Nm],d [Nm],e [Nm],v [rad],w [rad],x [rad],y [rad],z [rad]",
+            (
+                "in its unit ('a [Nm]', 'b [Nm]', 'c [Nm]', 'd [Nm]' and 1 more)",
+                "(angles: 'v [rad]', 'w [rad]', 'x [rad]', 'y [rad]' and 1 more)",
+            ),
+        ),
     ],
 )
 def test_a_wrong_header_names_file_column_and_what_was_expected(
@@ -129,6 +147,19 @@ def test_a_wrong_header_names_file_column_and_what_was_expected(
         assert part in message
 
 
+@pytest.mark.parametrize("read", [read_campaign, sample_campaign])
+@pytest.mark.parametrize("name", ["motor_torque_command", "temperature_setpoint"])
+def test_a_column_of_another_quantity_can_be_left_out(
+    write: Write, read: Callable[..., Campaign], name: str
+) -> None:
+    """A torque of the motor is only needed with a locked output; others a map leaves out."""
+    file = write(f"{HEAD},{name}\n0,1,1e-4,7\n1,2,2e-4,7\n", "a.csv")
+    mapping = {} if name.startswith("motor") else parse_map([f"{name}=unused"])
+    campaign = read([file], mapping=mapping)
+    assert campaign.runs[0].columns.keys() == {"time", "torque", "lost_motion"}
+    assert f"{file}: {name}: ignored column x 1: not used" in map(str, campaign.findings)
+
+
 def test_two_angles_need_the_ratio(write: Write) -> None:
     text = "time_s,torque_Nm,input_angle_rad,output_angle_rad\n0,1,2,3\n"
     with pytest.raises(InputError, match="no ratio, expected the ratio, which a drive file states"):
@@ -141,6 +172,7 @@ def test_two_angles_need_the_ratio(write: Write) -> None:
         ("", "an empty file"),
         ("# only a comment\n\n", "an empty file"),
         (f"{HEAD}\n", "no rows"),
+        ("-0.5\n-14.2\n0.6\n", r"one number in a line \(line 1\), expected a line for every"),
         (f"{HEAD}\n0,1\n", r"2 fields in line 2, expected 3, as in the header \(line 1\)"),
         (f"{HEAD}\n0,1,2\n0,x,2\n", "torque_Nm: found 'x' in line 3, expected a number"),
         (f"{HEAD}\n0,,2\n1,,3\n", "no row with numbers"),

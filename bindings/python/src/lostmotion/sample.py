@@ -448,7 +448,7 @@ def join_parts(
         if count:
             findings.append(Finding(kind, file, "time_s", label, count, action))
     joined = {name: np.concatenate(values) for name, values in columns.items()}
-    if "lost_motion" not in joined and ratio is None:
+    if "lost_motion" not in joined and "input_angle" in joined and ratio is None:
         raise InputError(file, "input_angle_rad", "no ratio", RATIO_EXPECTED)
     # Unusable rows were counted over all rows, and the sample's clock has gaps by design; a dead or
     # frozen sensor is also dead or frozen in the sample.

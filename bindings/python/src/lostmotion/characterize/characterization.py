@@ -33,6 +33,7 @@ from lostmotion.characterize.three_slopes import (
 from lostmotion.drives import Drive, parse_drive
 from lostmotion.errors import InputError, given_as
 from lostmotion.recordings import Campaign, Protocol, say_findings
+from lostmotion.recordings.gate import check_encoders
 from lostmotion.recordings.protocol import FREE
 from lostmotion.results import data_frame
 from lostmotion.results import figures as charts
@@ -528,6 +529,7 @@ def characterize(
     campaign.require_variation()
     if ratio is None and drive is not None:
         ratio, ratio_from = drive.ratio, DRIVE_FILE
+    check_encoders(campaign, ratio)
     rated_from = STATED
     if rated_torque_Nm is None and drive is not None:
         rated_torque_Nm, rated_from = drive.rated_torque_Nm, DRIVE_FILE

@@ -37,6 +37,8 @@ def run_characterize(arguments: argparse.Namespace) -> None:
     mapping = {**(drive.columns if drive else {}), **parse_map(arguments.map)}
     protocol = protocol_of(arguments, drive.protocol if drive else FREE)
     stated = None if arguments.ratio is None else ratio_of(arguments.ratio)
+    if stated is not None and abs(stated) <= 1:
+        raise InputError("--ratio", "", f"'{arguments.ratio}'", "more than 1 or less than -1")
     campaign, ratio, ratio_from = read_with_ratio(
         paths, stated, drive, mapping, protocol, arguments.join, arguments.dask
     )

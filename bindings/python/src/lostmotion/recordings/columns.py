@@ -20,7 +20,7 @@ from lostmotion.recordings.clocks import EPOCH_RANGE_S, UNITS_NS, in_whole_secon
 from lostmotion.recordings.encoders import Counter
 from lostmotion.recordings.findings import UNUSED
 from lostmotion.recordings.opening import header_of
-from lostmotion.recordings.protocol import FREE, ORDER, Protocol, suggest_protocol
+from lostmotion.recordings.protocol import FREE, MOTOR_SIDE, ORDER, Protocol, suggest_protocol
 from lostmotion.recordings.quantities import QUANTITIES, Quantity
 from lostmotion.recordings.tables import Header
 
@@ -79,6 +79,13 @@ THOUSANDTHS = frozenset(
 
 TEXT_STAMP = frozenset(("iso", "date", "utc", "stamp"))
 """Entry of a map instead of a unit if the stamps are dates or times of day."""
+
+
+NEEDED = ("run", "time", "torque", "input_angle", "output_angle", "lost_motion")
+"""Quantities that are always read; others are not used if they contain text."""
+
+NOT_READ = "unused"
+"""Entry of a map for a column that is not read, whatever its name suggests."""
 
 
 @dataclass(frozen=True)
@@ -213,6 +220,9 @@ def parse_column(file: str, column: str, name: str, beside: str = "") -> ColumnN
         expected = expected_units(quantity)
         if quantity.dimension == units.ANGLE and suffix.lower() in COUNTS:
             expected += f"; counts by --map {shown}={quantity.name}_rev/COUNTS_IN_A_TURN"
+        if quantity.name not in NEEDED:
+            option = shlex.quote(f"{shown}={NOT_READ}")
+            expected += f"; if the column is another quantity, --map {option}"
         raise InputError(file, column, f"unknown unit '{suffix}'", expected)
     if unit.dimension != quantity.dimension:
         described = units.dimension_name(unit.dimension)
@@ -239,7 +249,9 @@ def resolve_columns(
         Columns with unknown names; those without a name are not listed.
     """
     chosen, ignored, doubts = choose_columns(header, mapping)
-    faults = [doubt for _, doubt in doubts]
+    needless = [d.key for q, d in doubts if q in MOTOR_SIDE and protocol.locked != "output"]
+    faults = [doubt for _, doubt in doubts if doubt.key not in needless]
+    ignored += needless
     there = {*chosen, *(quantity for quantity, _ in doubts)}
     refuse_faults(header.file, faults + lacking(header, mapping, there, protocol))
     return chosen, ignored
@@ -265,6 +277,9 @@ def choose_columns(
     for index in places:
         column = header.names[index]
         mapped = column in mapping
+        if mapping.get(column) == NOT_READ:
+            ignored.append(column)
+            continue
         behind = unit_of_cells(header.cells(index))
         beside = behind or header.units[index] or (unit_in(column) if mapped else "")
         try:
@@ -342,10 +357,6 @@ def refuse_two_units(file: str, column: str, name: ColumnName, beside: str) -> N
         columns = [f"{name.quantity.name}_{unit.symbol}" for unit in (name.unit, other)]
         maps = " or ".join(f"--map {shorten(column)}={one}" for one in columns)
         raise InputError(file, column, found, f"one unit: {maps}")
-
-
-NEEDED = ("run", "time", "torque", "input_angle", "output_angle", "lost_motion")
-"""Quantities that are always read; others are not used if they contain text."""
 
 
 def holds_text(cells: Sequence[str]) -> bool:
@@ -474,8 +485,14 @@ def dated(cells: Sequence[str]) -> bool:
     return any(low <= first * ns / UNITS_NS["s"] <= high for ns in UNITS_NS.values())
 
 
-ANGLES_LISTED = 4
-"""Most columns with the unit of an angle that a message lists."""
+LISTED = 4
+"""Most columns with a unit of one dimension that a message lists."""
+
+
+def list_some(columns: Sequence[str]) -> str:
+    """List columns that may be meant, the first few of many."""
+    more = f" and {len(columns) - LISTED} more" if len(columns) > LISTED else ""
+    return ", ".join(f"'{one}'" for one in columns[:LISTED]) + more
 
 
 def in_dimension(header: Header, quantity: Quantity) -> dict[str, units.Unit]:
@@ -525,6 +542,8 @@ def lacking(
             if len(stated) == 1:
                 ((meant, unit),) = stated.items()
                 column = f"{name}_{unit.symbol}"
+            elif stated:
+                meant = "COLUMN"  # which of them it is, only their owner knows
             option = shlex.quote(f"{meant}={column}")
             measured = name == "time" and "torque" in there
             others = f", or {ORDER}, a running number" if measured else ""
@@ -532,6 +551,8 @@ def lacking(
                 others = f"; {locked}"
             if "%" in meant:  # a share of a rated value, or of the range of a sensor
                 option += "/NUMBER (percent for one unit)"
+            if len(stated) > 1:
+                option += f" in its unit ({list_some([*stated])})"
             expected = f"{named(name)}, or --map {option}{others}"
             faults.append(InputError(file, QUANTITIES[name].column, nothing, expected))
     if "lost_motion" not in there and not {"input_angle", "output_angle"} <= set(there):
@@ -539,9 +560,10 @@ def lacking(
         found = f"only {have[0]} among {', '.join(names)}" if have else nothing
         expected = f"{named('input_angle')} and {named('output_angle')}, or {named('lost_motion')}"
         angles = [c for c in in_dimension(header, QUANTITIES["output_angle"]) if c not in mapping]
-        if not have and 0 < len(angles) <= ANGLES_LISTED:
-            listed = ", ".join(f"'{one}'" for one in angles)
-            expected += f", e.g. --map COLUMN=input_angle_rad in its unit (angles: {listed})"
+        if not have and angles:
+            expected += (
+                f", e.g. --map COLUMN=input_angle_rad in its unit (angles: {list_some(angles)})"
+            )
         expected += f"; or {locked}" if locked else ""
         expected += f"; or {JOINED}" if have else ""
         faults.append(InputError(file, "lost_motion_rad", found, expected))

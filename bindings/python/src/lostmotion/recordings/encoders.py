@@ -477,6 +477,7 @@ def bring_together(campaign: Campaign, ratio: float | None) -> None:
         run
         for run in campaign.runs
         if {"input_angle", "output_angle"} <= run.columns.keys()
+        and run.columns["input_angle"].any()  # a locked side has no encoder
         and not open_steps(run.columns["input_angle"])
         and np.array_equal(
             run.lost_motion_rad, run.columns["output_angle"] - run.columns["input_angle"] / ratio

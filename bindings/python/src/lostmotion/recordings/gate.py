@@ -201,7 +201,8 @@ def check_encoders(campaign: Campaign, ratio: float | None) -> None:
     """
     check_one_drive(campaign)
     for run in campaign.runs:
-        for quantity, count in dead_encoders(run.columns, ratio).items():
+        locked = len(recorded_angles(run)) < 2
+        for quantity, count in ({} if locked else dead_encoders(run.columns, ratio)).items():
             if count <= FROZEN_MAX * len(run):
                 continue
             if quantity == "output_angle" and abs(ratio or 1.0) <= 1:
@@ -216,8 +217,16 @@ def check_encoders(campaign: Campaign, ratio: float | None) -> None:
                 f"an encoder that works, or angles in their own unit{in_degrees(run)}; or the "
                 "recordings without this run",
             )
-        check_both_turn(run, ratio)
+        if not locked:
+            check_both_turn(run, ratio)
         check_wind_up(run, ratio)
+
+
+def recorded_angles(run: Run) -> list[str]:
+    """Angles that were recorded: that of a locked side was not."""
+    return [
+        name for name in ("input_angle", "output_angle") if name in (run.sources or run.columns)
+    ]
 
 
 ONE_DRIVE = (
@@ -246,9 +255,11 @@ def in_two_ratios(campaign: Campaign) -> tuple[tuple[Run, float], tuple[Run, flo
 
 def in_degrees(run: Run) -> str:
     """Write the map with which the angles of a run are in degrees, if they are stated in rad."""
-    angles: list[str] = [name for name in ("input_angle", "output_angle") if name in run.sources]
-    chosen: dict[str, tuple[str, ColumnName]] = {name: run.sources[name] for name in angles}
-    if len(angles) < 2 or any(meaning.unit != units.unit("rad") for _, meaning in chosen.values()):
+    angles = recorded_angles(run)
+    chosen: dict[str, tuple[str, ColumnName]] = {
+        name: run.sources[name] for name in angles if name in run.sources
+    }
+    if len(chosen) < 2 or any(meaning.unit != units.unit("rad") for _, meaning in chosen.values()):
         return ""
     return f" (degrees: {' '.join(as_map(chosen, name, unit='deg') for name in angles)})"
 
@@ -268,21 +279,40 @@ def check_one_drive(campaign: Campaign) -> None:
 
 
 def check_wind_up(run: Run, ratio: float | None) -> None:
-    """Refuse a run in which two shafts that turn are apart by more than a drive winds up."""
-    if ratio is None or not {"input_angle", "output_angle"} <= run.columns.keys():
+    """Refuse a run whose lost motion is larger than a drive winds up."""
+    if ratio is None and "input_angle" in run.columns and np.ptp(run.columns["input_angle"]) > 0:
         return
     wound = float(np.ptp(run.lost_motion_rad))
-    if wound > WIND_UP_MAX_RAD:
-        turns = measured_ratio(run)
-        together = "" if turns is None else "the ratio, units and signs in which they turn "
-        if turns is not None:
-            together += f"together ({turns.slope:.4g} input turns for one output turn); or "
+    if wound <= WIND_UP_MAX_RAD:
+        return
+    limit = f"less than {WIND_UP_MAX_RAD:g} rad of wind-up"
+    angles = recorded_angles(run)
+    if len(angles) == 1:
+        side = "input" if angles == ["output_angle"] else "output"
         raise InputError(
             run.file,
-            "output_angle_rad",
-            f"{wound:.3g} rad between output and input / {ratio:g} in run {run.label}",
-            f"{together}less than {WIND_UP_MAX_RAD:g} rad of wind-up: {ONE_DRIVE}",
+            QUANTITIES[angles[0]].column,
+            f"{wound:.3g} rad of lost motion in run {run.label}",
+            f"{limit}: recordings with the {side} locked, or with both angles",
         )
+    if len(angles) == 0:
+        raise InputError(
+            run.file,
+            "lost_motion_rad",
+            f"{wound:.3g} rad in run {run.label}",
+            f"{limit}: output angle - input angle / ratio, in its unit",
+        )
+    turns = measured_ratio(run)
+    together = "" if turns is None else "the ratio, units and signs in which they turn "
+    if turns is not None:
+        together += f"together ({turns.slope:.4g} input turns for one output turn); or "
+    by = "ratio" if ratio is None else f"{ratio:g}"
+    raise InputError(
+        run.file,
+        "output_angle_rad",
+        f"{wound:.3g} rad between output and input / {by} in run {run.label}",
+        f"{together}{limit}: {ONE_DRIVE}",
+    )
 
 
 def check_both_turn(run: Run, ratio: float | None) -> None:

@@ -382,4 +382,11 @@ def without_rows(
         names = tuple(most.names(line)[:COLUMNS_MAX])
     except csv.Error as error:
         raise InputError(file, "", str(error), "lines of numbers") from None
+    if len(names) == 1 and is_value(names[0]):
+        raise InputError(
+            file,
+            "",
+            f"one number in a line (line {number})",
+            "a line for every sample: its time, torque and angles, with a separator between them",
+        )
     return Layout(most, names, ("",) * len(names), number, number)

@@ -113,7 +113,6 @@ class Protocol:
             If the torque comes from the motor and the ratio is unknown.
         """
         out = {name: values for name, values in numbers.items() if name not in REPLACED}
-        rows = next((values.size for values in numbers.values()), 0)
         if "time" not in numbers and ORDER in numbers:
             out["time"] = numbers[ORDER]
         if self.locked == "output" and "torque" not in numbers:
@@ -126,9 +125,6 @@ class Protocol:
                     expected = "the ratio, which converts the motor torque to torque on the output"
                     raise InputError(file, "torque_Nm", "no ratio", expected)
                 out["torque"] = -ratio * motor
-        if self.locked is not None and "lost_motion" not in numbers:
-            angle = f"{self.locked}_angle"
-            out.setdefault(angle, np.zeros(rows))
         return out
 
     def unused(self, there: Collection[str]) -> list[str]:

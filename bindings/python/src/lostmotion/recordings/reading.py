@@ -324,9 +324,7 @@ def read_runs(
     rows = len(numbers["torque"])
     if rows == 0:
         raise InputError(name, "", "no rows", "at least one sample")
-    if ratio is None and protocol.locked == "input" and "input_angle" not in chosen:
-        ratio = 1.0  # the input is at rest, so the ratio has no effect
-    if "lost_motion" not in numbers and ratio is None:
+    if "lost_motion" not in numbers and "input_angle" in numbers and ratio is None:
         raise InputError(name, "input_angle_rad", "no ratio", RATIO_EXPECTED)
 
     if read.run is not None:

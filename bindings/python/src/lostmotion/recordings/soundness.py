@@ -31,6 +31,9 @@ from lostmotion.recordings.quantities import QUANTITIES
 
 FloatArray = npt.NDArray[np.float64]
 
+ANGLES = ("input_angle", "output_angle")
+"""Angles whose difference is the lost motion."""
+
 STUCK_SAMPLES = 50
 """Shortest section of identical values that counts as stuck."""
 
@@ -113,7 +116,7 @@ def sound_run(
         note("backward_time", "time_s", backward, SORTED_ACTION)
     needed: list[str] = [n for n in ("time", "torque", "lost_motion") if n in columns]
     if "lost_motion" not in columns:
-        needed += ["input_angle", "output_angle"]
+        needed += [name for name in ANGLES if name in columns]
     usable = np.ones(columns["torque"].size, dtype=bool)
     for quantity, values in columns.items():
         bad = ~np.isfinite(values)
@@ -169,10 +172,17 @@ def sound_run(
                 f"steps below {EARLY_SHARE * usual:.3g} s where nearly all are {usual:.3g} s: "
                 "the clock was set back, or a row came early; kept",
             )
+    locked = [] if "lost_motion" in columns else [n for n in ANGLES if n not in columns]
     if "lost_motion" not in columns:
-        assert ratio is not None
-        columns["lost_motion"] = columns["output_angle"] - columns["input_angle"] / ratio
-    for quantity, count in stuck_sensors(columns, ratio).items():
+        # A locked side is at rest; it has no encoder that could lose turns or be dead.
+        columns |= {name: np.zeros(columns["time"].size) for name in locked}
+        turned = columns["input_angle"] if "input_angle" in locked else None
+        if turned is None:
+            assert ratio is not None
+            turned = columns["input_angle"] / ratio
+        columns["lost_motion"] = columns["output_angle"] - turned
+    measured = {name: values for name, values in columns.items() if name not in locked}
+    for quantity, count in stuck_sensors(measured, ratio).items():
         note("stuck", QUANTITIES[quantity].column, count, "kept; looks like a dead sensor")
     return Run(label, file, columns, log=log)
 
@@ -234,10 +244,9 @@ def misreadings(
     if zero.any():
         yield "torque", zero, UNCONNECTED_ACTION
         columns = {name: np.where(zero, np.nan, values) for name, values in columns.items()}
-    angles = ("input_angle", "output_angle")
-    if columns.keys() >= set(angles) and ratio is not None and math.isfinite(ratio):
+    if columns.keys() >= set(ANGLES) and ratio is not None and math.isfinite(ratio):
         known = np.isfinite(columns["input_angle"]) & np.isfinite(columns["output_angle"])
-        for one, other, turns in ((*angles, ratio), (*angles[::-1], 1 / ratio)):
+        for one, other, turns in ((*ANGLES, ratio), (*ANGLES[::-1], 1 / ratio)):
             rows = np.zeros(known.size, dtype=bool)
             if known.any():
                 values = columns[one][known]
