@@ -10,6 +10,7 @@ import pytest
 
 from lostmotion.errors import InputError
 from lostmotion.recordings import Campaign, read_campaign, say_findings
+from lostmotion.recordings.joining import Join
 
 from .clean import RATIO, Sheet, clean
 from .dresses_of_channels import channels
@@ -56,6 +57,32 @@ def test_a_channel_without_one_reading_is_filled_and_said(tmp_path: Path) -> Non
     assert campaign.rows == len(sheet)
     said = [line for line in say_findings(campaign.findings) if "temperature_C" in line]
     assert any("nearest to the rows of the slowest" in line for line in said), said
+    assert any(f"nan x 1: no number in line {row + 1}" in line for line in said), said
+
+
+@pytest.mark.parametrize("mark", ["#N/A", "", "NaN"])
+@pytest.mark.parametrize("join", [None, "linear"])
+def test_readings_without_a_number_are_counted_and_left_out(
+    tmp_path: Path, mark: str, join: Join | None
+) -> None:
+    """As in a table with a column for each channel: the other rows keep their values."""
+    sheet = clean().by_run()["2"]
+    lines = blocks(sheet).splitlines()
+    gone = {"torque_Nm": [20, 70], "output_angle_rad": [40]}
+    first = {name: next(i for i, one in enumerate(lines) if f",{name}," in one) for name in gone}
+    for name, rows in gone.items():
+        for row in rows:
+            lines[first[name] + row] = lines[first[name] + row].rsplit(",", 1)[0] + "," + mark
+    (tmp_path / "long.csv").write_text("\n".join(lines) + "\n")
+    campaign = read_campaign(tmp_path / "long.csv", ratio=RATIO, join=join)
+    said = "\n".join(say_findings(campaign.findings))
+    for name, rows in gone.items():
+        line = f"{name}: nan x {len(rows)}: no number in line {first[name] + rows[0] + 1}"
+        assert line in said, said
+    if join is None:
+        kept = np.setdiff1d(np.arange(len(sheet)), [row for rows in gone.values() for row in rows])
+        torque = sheet.values("torque_Nm")
+        assert np.array_equal(campaign.column("torque"), torque[kept])
 
 
 def test_files_of_single_channels_are_one_recording(tmp_path: Path) -> None:

@@ -149,10 +149,15 @@ def join_rows(
     if any(stamps.size == 0 for stamps in led.values()):
         return None
     base = min(led, key=lambda name: led[name].size)
-    if how is None and not all(np.array_equal(stamps, led[base]) for stamps in led.values()):
-        return None
     first, last = max(s[0] for s in led.values()), min(s[-1] for s in led.values())
     within = (led[base] >= first) & (led[base] <= last)
+    if how is None:
+        # Rows without any number are of a channel that has none there.
+        empty = time_ns[~np.any([np.isfinite(column) for column in values.values()], axis=0)]
+        clocks = [np.union1d(stamps, empty) if empty.size else stamps for stamps in led.values()]
+        if not all(np.array_equal(clock, clocks[0]) for clock in clocks):
+            return None
+        within &= np.all([np.isin(led[base], stamps) for stamps in led.values()], axis=0)
     rows_ns = led[base][within]
     if rows_ns.size == 0:
         return None

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.recordings.cells import is_missing, is_value
+from lostmotion.recordings.cells import MISSING, is_missing, is_value
 from lostmotion.recordings.clocks import stamped
 from lostmotion.recordings.findings import Finding
 from lostmotion.recordings.layout import COLUMNS_MAX, known_names
@@ -75,19 +75,31 @@ class LongTable:
         import pyarrow as pa
         import pyarrow.compute as pc
 
+        channel = {i: i - len(self.kept) for i in columns if i >= len(self.kept)}
         inner = {i: self.kept[i] if i < len(self.kept) else self.value for i in columns}
         rows = self.table.read(sorted(set(inner.values())), as_text)
         found = {i: combined(rows.columns[place]) for i, place in inner.items()}
-        for i in columns:
-            if i >= len(self.kept):
-                nothing = pa.scalar(None, found[i].type)
-                found[i] = pc.if_else(self.code == i - len(self.kept), found[i], nothing)
         findings = rows.findings + self.left_out(rows)
+        for i, one in channel.items():
+            own, nothing = self.code == one, pa.scalar(None, found[i].type)
+            findings += self.without_number(rows, i, own & marked_missing(found[i]))
+            found[i] = pc.if_else(own, found[i], nothing)
         found = {i: column.take(pa.array(self.rows)) for i, column in found.items()}
         blocks = tuple(int(np.searchsorted(self.rows, row)) for row in rows.blocks)
         return Rows(
             found, self.rows.size, lambda row: rows.place(int(self.rows[row])), findings, blocks
         )
+
+    def without_number(
+        self, rows: Rows, column: int, where: npt.NDArray[np.bool_]
+    ) -> list[Finding]:
+        """Report the rows of a channel that have no number, which a join cannot see."""
+        at, label = np.flatnonzero(where), self.header.names[column]
+        if at.size == 0:
+            return []
+        more = f", and {at.size - 1} more" if at.size > 1 else ""
+        action = f"no number in {rows.place(int(at[0]))}{more}"
+        return [Finding("nan", self.header.file, label, None, int(at.size), action)]
 
     def left_out(self, rows: Rows) -> list[Finding]:
         """Report the rows of no channel."""
@@ -182,6 +194,21 @@ def with_numbers(values: Any) -> Any:
     if not pa.types.is_string(values.type):
         return pc.is_valid(values)
     return pc.fill_null(pc.match_substring_regex(values, NUMBER), False)
+
+
+def marked_missing(values: Any) -> npt.NDArray[np.bool_]:
+    """Mask of the cells that mark a missing number."""
+    import pyarrow as pa
+    import pyarrow.compute as pc
+
+    if pa.types.is_floating(values.type):
+        found = pc.is_null(values, nan_is_null=True)
+    elif pa.types.is_string(values.type):
+        trimmed = pc.utf8_lower(pc.utf8_trim_whitespace(values))
+        found = pc.fill_null(pc.is_in(trimmed, value_set=pa.array(MISSING)), True)
+    else:
+        found = pc.is_null(values)
+    return np.asarray(found.to_numpy(zero_copy_only=False), dtype=bool)
 
 
 def codes_of(names: Any, channels: Sequence[str]) -> npt.NDArray[np.intp]:
