@@ -17,7 +17,7 @@ from lostmotion.evidence.noise import Noise, fit_noise
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.recordings import Campaign, Run
 from lostmotion.recordings.encoders import unwrap
-from lostmotion.recordings.soundness import check_sign, longest_stuck
+from lostmotion.recordings.soundness import check_sign, longest_stuck, steps_of_disorder
 
 ARCSEC = np.pi / 180 / 3600
 
@@ -175,3 +175,34 @@ def test_noise_that_stays_is_followed_by_its_model() -> None:
             noise = fit_noise(x, np.arange(4000) * 0.05, np.array([0, 4000]), 0)
             assert noise.phi[0].sum() == pytest.approx(colour, abs=0.15)
             assert noise.phi[0].sum() < rules.PERSISTENCE_MAX
+
+
+STAMPS_S = 0.5 * np.arange(60)
+
+
+@pytest.mark.parametrize("fault", ["none", "three stamps twice", "one stamp far away"])
+def test_rows_in_no_order_are_sorted_in_spite_of_a_wrong_stamp(fault: str) -> None:
+    """In 60 rows one wrong stamp makes more irregular steps than a regular clock has."""
+    rng = np.random.default_rng(7)
+    for _ in range(200):
+        time_s = STAMPS_S.copy()
+        if fault == "three stamps twice":
+            time_s[[10, 30, 50]] = time_s[[9, 29, 49]]
+        if fault == "one stamp far away":
+            time_s[20] = 1e6
+        assert steps_of_disorder(rng.permutation(time_s), scrambled=False) > 0
+
+
+@pytest.mark.parametrize("clock", ["jitters by two steps", "set back by a step", "wraps"])
+def test_a_clock_that_goes_back_leaves_the_rows_in_file_order(clock: str) -> None:
+    """The rows of a bad clock are in order, however often its stamps decrease."""
+    rng = np.random.default_rng(8)
+    for _ in range(200):
+        time_s = STAMPS_S + 0.005 * rng.normal(size=STAMPS_S.size)
+        if clock == "jitters by two steps":
+            time_s = STAMPS_S + rng.normal(size=STAMPS_S.size)
+        if clock == "set back by a step":
+            time_s -= 0.75 * np.cumsum(np.arange(STAMPS_S.size) % 5 == 4)
+        if clock == "wraps":
+            time_s %= 4.0
+        assert steps_of_disorder(time_s, scrambled=False) == 0

@@ -73,8 +73,12 @@ BACKWARD_ACTION = "kept in file order; if another recording begins there, mark i
 """Action for decreasing time, and its usual cause."""
 
 SCRAMBLED = (10, 0.05)
-"""Least number of backward steps, and least share of all steps, of a run in no order of time: a
-clock that is set or begins anew goes back once. Chosen."""
+"""Least number of backward steps, and least share of all steps, of a run in another order than its
+times: a clock that is set or begins anew goes back once. Chosen."""
+
+AT_RANDOM = (1 / 2, 1 / 3)
+"""Expected share of backward steps of rows in random order, and their mean distance from their
+places in order of time as a share of the rows."""
 
 SORTED_ACTION = "rows in another order than their times: sorted by time"
 
@@ -191,19 +195,22 @@ def steps_of_disorder(time_s: FloatArray, scrambled: bool) -> int:
     """Count the backward steps of a run whose rows are in another order than their times.
 
     As a database returns rows without an order, or a table sorted by another column. The file shows
-    it, or the times themselves: sorted, they are those of a regular clock, and none occurs twice.
+    it, or the times themselves: in file order they are at least half as far from order as at
+    random, or sorted they are those of a regular clock.
     """
     time_s = time_s[np.isfinite(time_s)]
     step = np.diff(time_s)
     count, (least, share) = int(np.count_nonzero(step < 0)), SCRAMBLED
     if count < max(least, share * step.size) or np.all(step < 0):
         return 0
-    if scrambled:
-        return count
-    forward = np.diff(np.sort(time_s))
+    order = np.argsort(time_s, kind="stable")
+    forward = np.diff(time_s[order])
     usual = float(np.median(forward))
     irregular = np.count_nonzero(np.abs(forward - usual) > REGULAR[1] * usual)
-    return count if np.all(forward > 0) and irregular <= REGULAR[0] * forward.size else 0
+    away = float(np.mean(np.abs(order - np.arange(order.size)))) / order.size
+    backward, distance = AT_RANDOM
+    random = usual > 0 and 2 * count >= backward * step.size and 2 * away >= distance
+    return count if scrambled or random or irregular <= REGULAR[0] * forward.size else 0
 
 
 def copied_rows(
