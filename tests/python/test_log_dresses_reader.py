@@ -311,6 +311,20 @@ def test_what_cannot_be_read_is_refused_in_one_line(tmp_path: Path, text: str, s
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize("prefix", ["k", "m", "M", "n", "G"])
+@pytest.mark.parametrize("maps", [(), ("trq=torque_Nm",)])
+def test_a_prefix_without_a_unit_is_not_left_out(
+    tmp_path: Path, prefix: str, maps: tuple[str, ...]
+) -> None:
+    """As instruments with SPICE numbers write them: 39.9k is no torque of 39.9 N m."""
+    names = [*NAMES[:2], "trq" if maps else "torque_Nm", *NAMES[3:]]
+    text = table(names, body=change(2, lambda i, cell: f"{cell}{prefix}"))
+    with pytest.raises(InputError, match=f"Nm in the name and {prefix} beside it, expected a torq"):
+        read(tmp_path, text, *maps)
+    if maps:  # a divisor states what the numbers are
+        assert read(tmp_path, text, "trq=torque_Nm/1000").rows == 80
+
+
 @pytest.mark.parametrize(
     "word", ["", "NaN", "#N/A", "NULL", "ovf", "OL", "--", "inf", "-1.#IND", "1.#QNAN", "OVERLOAD"]
 )

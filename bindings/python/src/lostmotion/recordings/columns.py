@@ -302,7 +302,9 @@ def choose_columns(
             ignored.append(column)
             continue
         name = replace(name, index=index, behind=behind)
-        if name.unit is not None and beside and not mapped:
+        if abs(name.factor) == 1.0:  # a divisor converts from any unit
+            refuse_two_units(file, column, name, behind)
+        if not mapped:
             refuse_two_units(file, column, name, beside)
         if not mapped and name.quantity.name not in NEEDED and holds_text(header.cells(index)):
             ignored.append(column)
@@ -349,11 +351,16 @@ def unit_of_cells(cells: Sequence[str]) -> str:
 
 def refuse_two_units(file: str, column: str, name: ColumnName, beside: str) -> None:
     """Refuse a column whose name and row of units, or numbers, have different units."""
-    other = read_suffix(beside, name.quantity.dimension)
-    if other is None or name.unit is None or other.dimension != name.quantity.dimension:
+    if not beside or name.unit is None:
         return
+    other = read_suffix(beside, name.quantity.dimension)
+    if other is None and beside != name.behind:
+        return  # a line of units also has other words
+    found = f"{name.unit.symbol} in the name and {shorten(beside)} beside it"
+    if other is None or other.dimension != name.quantity.dimension:
+        expected = f"{expected_units(name.quantity)}; a prefix belongs to a unit"
+        raise InputError(file, column, found, expected)
     if (other.scale, other.offset) != (name.unit.scale, name.unit.offset):
-        found = f"{name.unit.symbol} in the name and {beside} beside it"
         columns = [f"{name.quantity.name}_{unit.symbol}" for unit in (name.unit, other)]
         maps = " or ".join(f"--map {shorten(column)}={one}" for one in columns)
         raise InputError(file, column, found, f"one unit: {maps}")
