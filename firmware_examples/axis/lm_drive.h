@@ -31,8 +31,10 @@ typedef struct lm_drive_report {
 typedef struct lm_drive {
   int own_brake;
   int own_stop;
-  float opening_s;   /* of the brake, from the command, or from the report that it is enabled */
-  float closing_s;   /* of the brake, until it bears the load; own_brake: not used */
+  /* Times of the brake, each the longest that occurs (worn, cold, slow suppressor): if they are too
+   * short, the drive moves against the brake, or the load falls; longer, the axis only waits. */
+  float opening_s;   /* from the command, or from the report that the drive is enabled */
+  float closing_s;   /* until it bears the load; own_brake: not used */
   int standstill;    /* monitored, with the brake open: once the planner rests the setpoint stays */
   int leave;         /* another mode is wanted: once the planner rests the feed-forward ends */
   int may_leave;     /* it may be requested */

@@ -796,7 +796,7 @@ commissioning_output commissioning_step(commissioning *run, const commissioning_
 const char *commissioning_sentence(commissioning_finding finding) {
   static const char *const sentence[COMMISSIONING_FINDINGS] = {
       "The test is running.",
-      "No fault was found.",
+      "No fault was found in what was checked: commissioning_unchecked states the rest.",
       "A setting is outside its range: see commissioning.h.",
       "lm_check_parameters rejects the parameters: export them again.",
       "An angle, the torque or the time is not finite: check the sensors.",
@@ -848,4 +848,24 @@ const char *commissioning_sentence(commissioning_finding finding) {
       "The host stopped the run.",
   };
   return (unsigned)finding < COMMISSIONING_FINDINGS ? sentence[finding] : "unknown";
+}
+
+const char *commissioning_unchecked(uint32_t *bits) {
+  static const char *const sentence[COMMISSIONING_UNCHECKED_BITS] = {
+      "Not checked, no encoder at the output: the ratio, and which encoder the position loop uses.",
+      "Not checked: sign and scale of the torque. Measure it, or the motor current, with the axis "
+      "homed and loaded by more than friction; with an encoder at the output shake more or faster. "
+      "A torque that is only computed: compare it with the current of the drive.",
+      "Not checked: which encoder the position loop uses. More travel or load would show it.",
+      "Not checked: an error of 1 in the ratio.",
+      "Not checked: size and sign of the rates that are fed forward.",
+  };
+  int i;
+  for (i = 0; i < COMMISSIONING_UNCHECKED_BITS; ++i) {
+    if (*bits & (1u << i)) {
+      *bits &= ~(1u << i);
+      return sentence[i];
+    }
+  }
+  return 0;
 }

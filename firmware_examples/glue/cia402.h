@@ -65,7 +65,7 @@ typedef struct cia402_drive {
                           the velocity offset is sent, 0x60B0 remains 0 */
   int32_t derives_rate;  /* 1: the drive derives its velocity feed-forward from the position demand,
                            which has the rate already: 0x60B1 remains 0 */
-  float opening_s;       /* of the brake, after OPERATION_ENABLED is reported */
+  float opening_s;       /* of the brake, the longest, after OPERATION_ENABLED is reported */
   float rated_torque_Nm; /* 0x6076, of the motor, for 0x60B2; 0: that remains 0 */
   int32_t origin_inc; /* fixed origin within 5 turns of the output of every position, for an encoder
                           that counts further: a float would not resolve its increments. Store it
@@ -75,19 +75,19 @@ typedef struct cia402_drive {
 
 /* Process data of one cycle. */
 typedef struct cia402_output {
-  uint16_t controlword;
-  int32_t target_position;
-  int32_t position_offset;
-  int32_t velocity_offset;
-  int8_t mode;           /* 0x6060 */
-  int16_t torque_offset; /* 0.1 % of the rated torque */
+  uint16_t controlword;    /* 0x6040 */
+  int32_t target_position; /* 0x607A */
+  int32_t position_offset; /* 0x60B0 */
+  int32_t velocity_offset; /* 0x60B1: rate of the correction, without that of the target */
+  int8_t mode;             /* 0x6060 */
+  int16_t torque_offset;   /* 0x60B2, 0.1 % of the rated torque */
 } cia402_output;
 
 typedef struct cia402_input {
-  uint16_t statusword;
-  int32_t position_actual;
-  int32_t valid; /* 1: of this cycle; 0: lost (working counter, bus) */
-  int32_t mode;  /* 0x6061 */
+  uint16_t statusword;     /* 0x6041 */
+  int32_t position_actual; /* 0x6064 */
+  int32_t valid;           /* 1: of this cycle; 0: lost (working counter, bus) */
+  int32_t mode;            /* 0x6061 */
 } cia402_input;
 
 typedef struct cia402_axis {

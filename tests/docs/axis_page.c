@@ -7,7 +7,7 @@
 #include "cia402.h"
 #endif
 
-#define PERIOD_S 5e-4f
+#define PERIOD_S (1e-9f * PERIOD_NS)
 #define WEIGHT_NM (-12.0f)
 #define STIFFNESS 2e4f /* of the position loop, N m/rad at the output */
 #define INTEGRAL_S 0.15f
@@ -29,6 +29,8 @@
 extern void tick(void);
 extern int power_down(void);
 extern float home(float latched_rad, float angle_rad);
+extern int payload(float kg);
+extern int torque_differs(void);
 extern commissioning_finding commission(void);
 
 int run, homed;
@@ -44,7 +46,7 @@ static lm_memory gear;
 
 static unsigned drawn = 1;
 static int lost, quits, halted;
-static float payload = 1;     /* times WEIGHT_NM */
+float payload_kg = 1;         /* times WEIGHT_NM */
 static float sensed_sign = 1; /* of the sensor, the current */
 static float rate_off_rad;    /* the velocity feed-forward is not that of the setpoint, a tick */
 
@@ -62,7 +64,7 @@ static float cosine(float x) { /* of a small angle */
 }
 
 float gravity_Nm(float angle_rad) {
-  return payload * WEIGHT_NM * cosine(angle_rad);
+  return payload_kg * WEIGHT_NM * cosine(angle_rad);
 }
 
 float elapsed_s(void) {
@@ -271,7 +273,7 @@ static void move(void) {
   }
   last_motor_rad = before_rad;
   followed_rad = on ? setpoint_rad : motor_over_ratio_rad;
-  load_Nm = payload * WEIGHT_NM * cosine(motor_over_ratio_rad + TRUE_ZERO_RAD);
+  load_Nm = payload_kg * WEIGHT_NM * cosine(motor_over_ratio_rad + TRUE_ZERO_RAD);
   load_Nm -= a->guides ? INERTIA * test.out.acceleration_rad_s2 : 0;
   at.torque_Nm = load_Nm;
   twist_rad = lm_step_model(&joint_parameters, &gear, &at);
@@ -366,6 +368,34 @@ static int travel(void) {
   return 0;
 }
 
+/* Declared, a payload is in the torque of the model at once, without a motion for it. */
+static int carry(void) {
+  float wanted_Nm;
+  target_rad = planned.position + 0.1f;
+  ticks(100);
+  if (payload(1.5f) || payload_kg != 1) {
+    return 30; /* in motion */
+  }
+  (void)seconds(2);
+  if (torque_differs() || !payload(1.5f)) {
+    return 30;
+  }
+  wanted_Nm = gravity_Nm(a->command_rad);
+  (void)seconds(3);
+  if (a->state != LM_AXIS_CLOSED || (KIND == 2 && size(a->torque_Nm - wanted_Nm) > 0.1f)) {
+    return 30;
+  }
+  sensed_sign = -1;
+  (void)seconds(1);
+  if (KIND != 0 && torque_differs() != (KIND == 1)) {
+    return 30; /* at rest friction may hide it from a current */
+  }
+  sensed_sign = 1;
+  (void)payload(1);
+  (void)seconds(6);
+  return torque_differs() ? 30 : 0;
+}
+
 static int stop(void) {
   target_rad = planned.position + 3;
   (void)seconds(0.2f);
@@ -429,8 +459,10 @@ static int stop(void) {
 }
 
 static int commission_it(void) {
+  int sentences = 0;
+  uint32_t bits;
   run = 0;
-  payload = KIND == 0 ? 1.5f : 1; /* more than friction hides from a current */
+  payload_kg = KIND == 0 ? 1.5f : 1; /* more than friction hides from a current */
   ticks(2);
   if (commission() != COMMISSIONING_RUNNING || seconds(6) || test.on) {
     return 10; /* expired */
@@ -450,6 +482,13 @@ static int commission_it(void) {
   }
   run = 0;
   ticks(2);
+  bits = test.run.unchecked;
+  while (commissioning_unchecked(&bits)) {
+    ++sentences;
+  }
+  if (sentences != (KIND == 2 ? 2 : 1) || bits) { /* no encoder at the output, and the torque */
+    return 29;
+  }
   if (KIND != 2) { /* a measured torque with the wrong sign, without an encoder at the output */
     sensed_sign = -1;
     (void)commission();
@@ -461,7 +500,7 @@ static int commission_it(void) {
     }
     run = 0;
   }
-  payload = 1;
+  payload_kg = 1;
   (void)seconds(2);
   return 0;
 }
@@ -605,6 +644,7 @@ static int wander(void) {
 int main(void) {
   int failed = start();
   failed = failed ? failed : travel();
+  failed = failed ? failed : carry();
   failed = failed ? failed : stop();
   failed = failed ? failed : commission_it();
   failed = failed ? failed : restart(1);

@@ -69,7 +69,7 @@ typedef struct lm_motor {
   lm_real ratio;                    /* signed; not zero */
   lm_real efficiency;               /* of the gear, 0 < efficiency <= 1 */
   lm_real rotor_inertia_kg_m2;      /* rotor, coupling and wave generator, >= 0 */
-  lm_real coulomb_Nm;               /* >= 0 */
+  lm_real coulomb_Nm;               /* while it turns, at the usual temperature, >= 0 */
   lm_real viscous_Nm_s;             /* >= 0 */
   lm_real standstill_rad_s; /* below this speed friction and efficiency are faded out, > 0 */
 } lm_motor;
