@@ -1036,40 +1036,34 @@ static int find_interval(const lm_conjugate *c, lm_plain place) {
   return low;
 }
 
-static int interval_at(const lm_conjugate *c, lm_real radius_mm) {
-  const lm_plain below = LM_VALUE(c->top_mm - radius_mm) * LM_VALUE(c->per_height);
-  const lm_plain first = LM_VALUE(c->place[0]);
-  return below > first * first ? find_interval(c, plain_sqrt(below)) : 0;
-}
-
-void lm_bound_conjugate_bend(const lm_conjugate *conjugate, lm_real a_mm, lm_real b_mm,
-                             lm_plain *least, lm_plain *most) {
+void lm_bound_conjugate_bend(const lm_conjugate *conjugate, int a, int b, lm_plain *least,
+                             lm_plain *most) {
   const lm_conjugate *c = conjugate;
-  const int a = interval_at(c, a_mm);
-  const int b = interval_at(c, b_mm);
   const int last = a > b ? a : b;
   int i = a < b ? a : b;
-  *least = c->bend_least[i];
-  *most = c->bend_most[i];
+  *least = i < 0 ? LM_PLAIN(0) : c->bend_least[i];
+  *most = i < 0 ? LM_PLAIN(0) : c->bend_most[i];
   for (i++; i <= last; i++) {
     *least = c->bend_least[i] < *least ? c->bend_least[i] : *least;
     *most = c->bend_most[i] > *most ? c->bend_most[i] : *most;
   }
 }
 
-lm_real lm_conjugate_half_angle(const lm_conjugate *conjugate, lm_real radius_mm,
-                                lm_real *tangent) {
+lm_real lm_conjugate_half_angle(const lm_conjugate *conjugate, lm_real radius_mm, lm_real *tangent,
+                                int *piece) {
   const lm_conjugate *c = conjugate;
   const lm_real below = (c->top_mm - radius_mm) * c->per_height;
   lm_real place = c->place[0];
   lm_real x;
   int low;
   *tangent = LM_REAL(0);
-  if (!(below > place * place * (LM_REAL(1) - LAND_SLACK))) { /* the land: radial */
+  *piece = LM_CONJUGATE_ON_LAND;
+  if (!(below > place * place * (LM_REAL(1) - LAND_SLACK))) { /* radial */
     return c->half_angle_rad[0];
   }
   place = real_sqrt(below);
   low = find_interval(c, LM_VALUE(place));
+  *piece = low;
   x = place - c->place[low];
   *tangent =
       (c->slope_low[low] + x * (LM_REAL(2) * c->square[low] + LM_REAL(3) * c->cube[low] * x)) *
@@ -1079,7 +1073,8 @@ lm_real lm_conjugate_half_angle(const lm_conjugate *conjugate, lm_real radius_mm
 
 lm_involute_point lm_evaluate_conjugate(const lm_conjugate *conjugate, lm_real radius_mm) {
   lm_involute_point point;
-  point.half_angle_rad = lm_conjugate_half_angle(conjugate, radius_mm, &point.tangent);
+  int piece;
+  point.half_angle_rad = lm_conjugate_half_angle(conjugate, radius_mm, &point.tangent, &piece);
   point.pressure_angle_rad = real_atan(point.tangent);
   return point;
 }

@@ -7,12 +7,14 @@
 /* A lobe of the largest drive has its place. */
 typedef char lobe_teeth_suffice[LM_LOBE_TEETH_MAX == LM_FLEXSPLINE_TEETH_MAX / 2 + 1 ? 1 : -1];
 
-/* Factors of bend_spread. */
+/* Factors of the bounds of the second derivative of the gap. */
 typedef struct bend_factors {
-  lm_plain turned;  /* bound of the sine between the tooth's axis and the radius of any point */
-  lm_plain speed;   /* of the radius by the parameter, at most */
-  lm_plain turning; /* of the slope of the speed, with a straight flank */
-  lm_plain across;  /* for the difference of the second derivatives of position, */
+  lm_plain turned;      /* bound of the sine between the tooth's axis and the radius of any point */
+  lm_plain speed;       /* of the radius by the parameter, at most */
+  lm_plain per_radius;  /* 1 / the least radius */
+  lm_plain rigid_slope; /* of the rigid flank's half angle by the radius, at most */
+  lm_plain turning;     /* of the slope of the speed, with a straight flank */
+  lm_plain across;      /* for the difference of the second derivatives of position, */
   lm_plain along;
   lm_plain by_width; /* and for the width of the part */
 } bend_factors;
@@ -37,7 +39,8 @@ typedef struct flank_point {
   lm_real gap_slope;
   lm_real flank_angle_rad; /* of an involute; of others what touch_corner adds to it */
   lm_real tangent;         /* of the rigid flank against the radius, */
-  lm_real half_angle_rad;  /* and its half angle, of flanks that are no involutes */
+  lm_real half_angle_rad;  /* its half angle, */
+  int piece;               /* and its piece of the conjugate, of flanks that are no involutes */
 } flank_point;
 
 lm_involute_point lm_rigid_flank_at(const lm_mesh *mesh, lm_real radius_mm) {
@@ -168,7 +171,7 @@ static flank_point interior_minimum(const flank_pair *pair, const flank_point *l
 /* --- flanks that are no involutes ------------------------------------------------------------- */
 
 /* As evaluate_foot; the angle of the flank is found for the nearest point alone. */
-static flank_point general_foot(const flank_pair *pair, const lm_flank_foot *foot) {
+static void general_foot(const flank_pair *pair, const lm_flank_foot *foot, flank_point *point) {
   const lm_placement *p = &pair->place;
   const lm_real x = pair->side * foot->across_mm;
   const lm_real dx = pair->side * foot->across_slope;
@@ -176,33 +179,34 @@ static flank_point general_foot(const flank_pair *pair, const lm_flank_foot *foo
   const lm_real across = foot->along_mm * p->tilt_sin + x * p->tilt_cos;
   const lm_real d_along = foot->along_slope * p->tilt_cos - dx * p->tilt_sin;
   const lm_real d_across = foot->along_slope * p->tilt_sin + dx * p->tilt_cos;
-  flank_point point;
   lm_real per_radius;
-  point.foot_mm = foot->radius_mm;
-  point.radius_mm = real_sqrt(along * along + across * across);
-  per_radius = LM_REAL(1) / point.radius_mm;
-  point.radius_slope = (along * d_along + across * d_across) * per_radius;
+  point->foot_mm = foot->radius_mm;
+  point->radius_mm = real_sqrt(along * along + across * across);
+  per_radius = LM_REAL(1) / point->radius_mm;
+  point->radius_slope = (along * d_along + across * d_across) * per_radius;
   if (pair->mesh->rigid_kind != LM_FLANK_INVOLUTE) {
-    point.half_angle_rad =
-        lm_conjugate_half_angle(&pair->mesh->conjugate, point.radius_mm, &point.tangent);
+    point->half_angle_rad = lm_conjugate_half_angle(&pair->mesh->conjugate, point->radius_mm,
+                                                    &point->tangent, &point->piece);
   } else {
     const lm_involute_point rigid =
-        lm_evaluate_involute(&pair->mesh->geometry.rigid, point.radius_mm);
-    point.half_angle_rad = rigid.half_angle_rad;
-    point.tangent = rigid.tangent;
+        lm_evaluate_involute(&pair->mesh->geometry.rigid, point->radius_mm);
+    point->half_angle_rad = rigid.half_angle_rad;
+    point->tangent = rigid.tangent;
+    point->piece = 0;
   }
-  point.gap_rad = pair->closing * (point.half_angle_rad -
-                                   pair->side * (real_near_atan(across / along) + pair->lead_rad));
-  point.gap_slope = -pair->closing * per_radius *
-                    (point.tangent * point.radius_slope +
-                     pair->side * (along * d_across - across * d_along) * per_radius);
-  point.flank_angle_rad = LM_REAL(0);
-  return point;
+  point->gap_rad = pair->closing * (point->half_angle_rad -
+                                    pair->side * (real_near_atan(across / along) + pair->lead_rad));
+  point->gap_slope = -pair->closing * per_radius *
+                     (point->tangent * point->radius_slope +
+                      pair->side * (along * d_across - across * d_along) * per_radius);
+  point->flank_angle_rad = LM_REAL(0);
 }
 
 static flank_point general_point(const flank_pair *pair, lm_real parameter_mm) {
   const lm_flank_foot foot = lm_evaluate_flank(&pair->mesh->flank, parameter_mm);
-  return general_foot(pair, &foot);
+  flank_point point;
+  general_foot(pair, &foot, &point);
+  return point;
 }
 
 static lm_real general_angle(const flank_point *point) {
@@ -356,15 +360,16 @@ static lm_plain size_of(lm_plain least, lm_plain most) {
   return larger(plain_fabs(least), plain_fabs(most));
 }
 
-/* Bounds of the second derivative of the rigid flank's half angle between two radii. */
-static void bound_rigid(const lm_mesh *mesh, lm_real a_mm, lm_real b_mm, lm_plain *least,
-                        lm_plain *most) {
+/* Bounds of the second derivative of the rigid flank's half angle between two points. */
+static void bound_rigid(const lm_mesh *mesh, const flank_point *a, const flank_point *b,
+                        lm_plain *least, lm_plain *most) {
   if (mesh->rigid_kind != LM_FLANK_INVOLUTE) {
-    lm_bound_conjugate_bend(&mesh->conjugate, a_mm, b_mm, least, most);
+    lm_bound_conjugate_bend(&mesh->conjugate, a->piece, b->piece, least, most);
   } else { /* -cot a / rho^2 = -r_b / (rho^2 sqrt(rho^2 - r_b^2)) */
     const lm_plain base = LM_VALUE(mesh->geometry.rigid.base_mm);
-    const lm_plain low = LM_VALUE(a_mm < b_mm ? a_mm : b_mm);
-    const lm_plain high = LM_VALUE(a_mm < b_mm ? b_mm : a_mm);
+    const int rising = a->radius_mm < b->radius_mm;
+    const lm_plain low = LM_VALUE(rising ? a->radius_mm : b->radius_mm);
+    const lm_plain high = LM_VALUE(rising ? b->radius_mm : a->radius_mm);
     *least = low > base ? -base / (low * low * plain_sqrt((low - base) * (low + base)))
                         : -PLAIN_INFINITY;
     *most = high > base ? -base / (high * high * plain_sqrt((high - base) * (high + base)))
@@ -372,7 +377,7 @@ static void bound_rigid(const lm_mesh *mesh, lm_real a_mm, lm_real b_mm, lm_plai
   }
 }
 
-/* The factors of bend_spread (theory/flanks.md). With a flank below 45 deg against the radius, the
+/* The factors of the bounds (theory/flanks.md). With a flank below 45 deg against the radius, the
  * sums of the terms that change only because a part has a width are rounded up. */
 static bend_factors find_factors(const flank_pair *pair, lm_real at_low, lm_real at_high) {
   const lm_mesh *mesh = pair->mesh;
@@ -386,6 +391,8 @@ static bend_factors find_factors(const flank_pair *pair, lm_real at_low, lm_real
   bend_factors factors;
   factors.turned = turned;
   factors.speed = speed;
+  factors.per_radius = per_radius;
+  factors.rigid_slope = rigid_slope;
   factors.turning = per_radius * speed * speed;
   factors.across = per_radius + rigid_slope * turned;
   factors.along = per_radius * turned + rigid_slope;
@@ -393,19 +400,20 @@ static bend_factors find_factors(const flank_pair *pair, lm_real at_low, lm_real
   return factors;
 }
 
+/* Bound of the second derivative of the radius by the parameter. */
+static lm_plain radial_bend(const bend_factors *f, const lm_sample_bend *bend) {
+  return f->turning + f->turned * bend->across + bend->along;
+}
+
 /* Bound of the difference between the second derivatives of the gap at any two points of a part of
  * the flank between two samples. */
-static lm_plain bend_spread(const flank_pair *pair, const lm_flank_bend *bend, lm_plain rigid_least,
+static lm_plain bend_spread(const bend_factors *f, const lm_sample_bend *bend, lm_plain rigid_least,
                             lm_plain rigid_most, lm_plain width_mm) {
-  const lm_plain across = size_of(bend->across_least, bend->across_most);
-  const lm_plain along = size_of(bend->along_least, bend->along_most);
-  const lm_plain radial = pair->bound.turning + pair->bound.turned * across + along;
   const lm_plain by_width =
-      LM_PLAIN(3) * pair->bound.speed * radial * size_of(rigid_least, rigid_most) +
-      pair->bound.by_width * (across + along + pair->bound.turning);
-  return pair->bound.speed * pair->bound.speed * (rigid_most - rigid_least) +
-         pair->bound.across * (bend->across_most - bend->across_least) +
-         pair->bound.along * (bend->along_most - bend->along_least) + width_mm * by_width;
+      LM_PLAIN(3) * f->speed * radial_bend(f, bend) * size_of(rigid_least, rigid_most) +
+      f->by_width * (bend->across + bend->along + f->turning);
+  return f->speed * f->speed * (rigid_most - rigid_least) + f->across * bend->across_change +
+         f->along * bend->along_change + width_mm * by_width;
 }
 
 /* The second derivative has the mean (s_b - s_a) / width and differs from it by less than the
@@ -442,19 +450,28 @@ static lm_plain lowest_of_part(const flank_point *low, const flank_point *high, 
 }
 
 /* A gap that the flank does not fall below between two points without a corner between them. */
-static lm_plain lowest_between(const flank_pair *pair, const lm_flank_bend *bend,
+static lm_plain lowest_between(const flank_pair *pair, const lm_sample_bend *bend,
                                const flank_point *low, const flank_point *high, lm_plain *split,
                                int *convex) {
   lm_plain least;
   lm_plain most;
-  bound_rigid(pair->mesh, low->radius_mm, high->radius_mm, &least, &most);
+  bound_rigid(pair->mesh, low, high, &least, &most);
   return lowest_of_part(
-      low, high, bend_spread(pair, bend, least, most, LM_VALUE(high->foot_mm - low->foot_mm)),
-      split, convex);
+      low, high,
+      bend_spread(&pair->bound, bend, least, most, LM_VALUE(high->foot_mm - low->foot_mm)), split,
+      convex);
+}
+
+/* Corners of the rigid flank, from root to tip of the flexspline's: they are listed the other way,
+ * and the edge of the land, -1, is beyond all of them. */
+#define NO_CORNER (-2)
+
+static lm_real radius_of_corner(const lm_conjugate *rigid, int corner) {
+  return corner < 0 ? rigid->land_mm : rigid->corner_mm[corner];
 }
 
 /* The same by the bounds of the whole rigid flank, which are known. */
-static lm_plain roughly_lowest(const flank_pair *pair, const lm_flank_bend *bend,
+static lm_plain roughly_lowest(const flank_pair *pair, const lm_sample_bend *bend,
                                const flank_point *low, const flank_point *high) {
   const lm_conjugate *rigid = &pair->mesh->conjugate;
   lm_plain split;
@@ -463,9 +480,84 @@ static lm_plain roughly_lowest(const flank_pair *pair, const lm_flank_bend *bend
     return -PLAIN_INFINITY;
   }
   return lowest_of_part(low, high,
-                        bend_spread(pair, bend, rigid->bend_lowest, rigid->bend_highest,
+                        bend_spread(&pair->bound, bend, rigid->bend_lowest, rigid->bend_highest,
                                     LM_VALUE(high->foot_mm - low->foot_mm)),
                         &split, &convex);
+}
+
+/* Of a part that ends at a corner of the rigid flank: its other end, its greatest width, the slope
+ * of the gap from that end towards the corner, and bounds of its second derivative, below 0 and
+ * above 0. */
+typedef struct side_of_corner {
+  lm_plain gap_rad;
+  lm_plain width_mm;
+  lm_plain slope;
+  lm_plain falling;
+  lm_plain rising;
+} side_of_corner;
+
+static side_of_corner beside_corner(const flank_pair *pair, const lm_sample_bend *bend,
+                                    const flank_point *end, const flank_point *other,
+                                    lm_real corner_mm, int is_land) {
+  const bend_factors *f = &pair->bound;
+  const lm_plain towards = other->foot_mm > end->foot_mm ? LM_PLAIN(1) : LM_PLAIN(-1);
+  const lm_plain whole = plain_fabs(LM_VALUE(other->foot_mm - end->foot_mm));
+  const lm_plain radial = radial_bend(f, bend);
+  const lm_plain speed = plain_fabs(LM_VALUE(end->radius_slope)) - radial * whole;
+  const lm_plain way = plain_fabs(LM_VALUE(corner_mm - end->radius_mm));
+  const lm_plain other_parts =
+      f->rigid_slope * radial +
+      f->per_radius * (bend->across + f->turned * bend->along + LM_PLAIN(2) * f->turning);
+  const lm_plain square = f->speed * f->speed;
+  side_of_corner side;
+  lm_plain least = LM_PLAIN(0);
+  lm_plain most = LM_PLAIN(0);
+  if (!is_land) {
+    lm_bound_conjugate_bend(&pair->mesh->conjugate, end->piece < 0 ? 0 : end->piece,
+                            other->piece < 0 ? 0 : other->piece, &least, &most);
+  }
+  if (pair->closing < LM_REAL(0)) {
+    const lm_plain turned = -least;
+    least = -most;
+    most = turned;
+  }
+  side.gap_rad = LM_VALUE(end->gap_rad);
+  side.slope = towards * LM_VALUE(end->gap_slope);
+  side.width_mm = way < speed * whole ? way / speed : whole;
+  side.falling = other_parts - square * (least < LM_PLAIN(0) ? least : LM_PLAIN(0));
+  side.rising = other_parts + square * larger(most, LM_PLAIN(0));
+  return side;
+}
+
+/* Least gap of a part, from its end. */
+static lm_plain lowest_from_end(const side_of_corner *side) {
+  const lm_plain at_corner =
+      side->gap_rad +
+      side->width_mm * (side->slope - LM_PLAIN(0.5) * side->falling * side->width_mm);
+  return at_corner < side->gap_rad ? at_corner : side->gap_rad;
+}
+
+/* The same, or that of the chord between both ends, which the gap falls below by no more than a
+ * parabola: with a concave flank, as next to the land, that is the better bound. */
+static lm_plain lowest_of_side(const side_of_corner *side, lm_plain from_end, lm_plain corner) {
+  const lm_plain ends = corner < side->gap_rad ? corner : side->gap_rad;
+  return larger(from_end, ends - side->rising * side->width_mm * side->width_mm / LM_PLAIN(8));
+}
+
+/* A gap that the flank does not fall below between two points with one corner of the rigid flank,
+ * or the edge of its land, between them. */
+static lm_plain lowest_at_corner(const flank_pair *pair, const lm_sample_bend *bend,
+                                 const flank_point *low, const flank_point *high, int corner) {
+  const lm_conjugate *rigid = &pair->mesh->conjugate;
+  const lm_real corner_mm = radius_of_corner(rigid, corner);
+  const side_of_corner below = beside_corner(pair, bend, low, high, corner_mm, 0);
+  const side_of_corner beyond = beside_corner(pair, bend, high, low, corner_mm, corner < 0);
+  const lm_plain from_below = lowest_from_end(&below);
+  const lm_plain from_beyond = lowest_from_end(&beyond);
+  const lm_plain at_corner = larger(from_below, from_beyond);
+  const lm_plain a = lowest_of_side(&below, from_below, at_corner);
+  const lm_plain b = lowest_of_side(&beyond, from_beyond, at_corner);
+  return a < b ? a : b;
 }
 
 /* A point that is lower than the nearest one by less than this is not searched. */
@@ -483,15 +575,16 @@ static lm_plain roughly_lowest(const flank_pair *pair, const lm_flank_bend *bend
  * point are divided until none may. A minimum that is found is not searched again in a smaller
  * bracket, where the slopes are those of rounding; a point of division is not the nearest one,
  * because one of the parts beside it has its minimum inside. */
-static void look_between(const flank_pair *pair, const lm_flank_bend *bend, const flank_point *from,
-                         const flank_point *to, flank_point *best) {
+static void look_between(const flank_pair *pair, const lm_sample_bend *bend,
+                         const flank_point *from, const flank_point *to, flank_point *best) {
   flank_point end[SPLITS_MAX + 1];
-  flank_point low = *from;
+  flank_point low;
   int ends = 1;
   int splits = 0;
   if (roughly_lowest(pair, bend, from, to) >= LM_VALUE(best->gap_rad) - NEAR_RAD) {
     return;
   }
+  low = *from;
   end[0] = *to;
   while (ends > 0) {
     const flank_point *high = &end[ends - 1];
@@ -520,18 +613,9 @@ static void look_between(const flank_pair *pair, const lm_flank_bend *bend, cons
   }
 }
 
-/* A gap that the flank does not fall below between two samples with a corner between them. A corner
- * is the edge of two smooth flanks, so the gap falls no faster between the samples than at them;
- * only the end of the generated flank is steeper. */
-static lm_plain floor_between(const flank_point *low, const flank_point *high) {
-  const lm_plain ends = LM_VALUE(low->gap_rad < high->gap_rad ? low->gap_rad : high->gap_rad);
-  return ends - size_of(LM_VALUE(low->gap_slope), LM_VALUE(high->gap_slope)) *
-                    LM_VALUE(high->foot_mm - low->foot_mm);
-}
-
 /* The flank on a corner's radius between two samples: a point on each side of it, and the corner
  * itself where it touches. *before is the last point below, then the first one beyond. */
-static void look_at_corner(const flank_pair *pair, const lm_flank_bend *bend, lm_real radius,
+static void look_at_corner(const flank_pair *pair, const lm_sample_bend *bend, lm_real radius,
                            const flank_point *high, flank_point *before, flank_point *best) {
   const lm_real aside = ASIDE_MODULES * pair->mesh->geometry.module_mm;
   const lm_real share = (radius - before->radius_mm) / (high->radius_mm - before->radius_mm);
@@ -560,35 +644,68 @@ static void look_at_corner(const flank_pair *pair, const lm_flank_bend *bend, lm
   *before = beyond;
 }
 
+/* The first corner beyond `after` that lies between two points, else NO_CORNER. */
+static int next_corner(const lm_mesh *mesh, int after, const flank_point *low,
+                       const flank_point *high) {
+  const lm_real sense = mesh->line.sense;
+  int i;
+  if (mesh->rigid_kind == LM_FLANK_INVOLUTE || low->piece == high->piece) {
+    return NO_CORNER;
+  }
+  for (i = after - 1; i > NO_CORNER; i--) {
+    const lm_real radius = radius_of_corner(&mesh->conjugate, i);
+    if (sense * radius > sense * low->radius_mm && sense * radius < sense * high->radius_mm) {
+      return i;
+    }
+  }
+  return NO_CORNER;
+}
+
+/* Between two samples. */
+static void look_between_samples(const flank_pair *pair, const lm_sample_bend *bend,
+                                 const flank_point *low, const flank_point *high,
+                                 flank_point *best) {
+  const lm_conjugate *rigid = &pair->mesh->conjugate;
+  int corner = next_corner(pair->mesh, rigid->corners, low, high);
+  flank_point before;
+  if (corner == NO_CORNER) {
+    look_between(pair, bend, low, high, best);
+    return;
+  }
+  if (next_corner(pair->mesh, corner, low, high) == NO_CORNER &&
+      lowest_at_corner(pair, bend, low, high, corner) >= LM_VALUE(best->gap_rad) - NEAR_RAD) {
+    return;
+  }
+  before = *low;
+  for (; corner != NO_CORNER; corner = next_corner(pair->mesh, corner, &before, high)) {
+    look_at_corner(pair, bend, radius_of_corner(rigid, corner), high, &before, best);
+  }
+  look_between(pair, bend, &before, high, best);
+}
+
 /* Both flanks may bend either way, so the gap is sampled along the flexspline's flank; the lowest
  * sample, the lowest corner of the rigid flank, or the lowest minimum that two slopes enclose. No
  * bracket contains a corner: the slope jumps there, and the search for a smooth minimum would not
- * converge. The samples go from root to tip; the corners are listed the other way, and the land is
- * beyond all of them. */
-static flank_point general_minimum(const flank_pair *pair, const lm_flank_bend bend[],
+ * converge. The samples go from root to tip. Those beside the lowest one are searched first, because
+ * what they give excludes most of the others. */
+static flank_point general_minimum(const flank_pair *pair, const lm_sample_bend bend[],
                                    const flank_point sample[], int count) {
-  const lm_conjugate *rigid = &pair->mesh->conjugate;
-  const lm_real sense = pair->mesh->line.sense;
-  int corner = pair->mesh->rigid_kind != LM_FLANK_INVOLUTE ? rigid->corners - 1 : -2;
-  flank_point best = sample[0];
+  flank_point best;
+  int lowest = 0;
   int i;
   for (i = 1; i < count; i++) {
-    see(&best, &sample[i]);
+    lowest = sample[i].gap_rad < sample[lowest].gap_rad ? i : lowest;
+  }
+  best = sample[lowest];
+  for (i = lowest; i <= lowest + 1; i++) {
+    if (i > 0 && i < count) {
+      look_between_samples(pair, &bend[i - 1], &sample[i - 1], &sample[i], &best);
+    }
   }
   for (i = 1; i < count; i++) {
-    const flank_point *high = &sample[i];
-    flank_point before = sample[i - 1];
-    for (; corner >= -1; corner--) {
-      const lm_real radius = corner < 0 ? rigid->land_mm : rigid->corner_mm[corner];
-      if (!(sense * radius < sense * high->radius_mm)) {
-        break;
-      }
-      if (sense * radius > sense * before.radius_mm &&
-          (corner < 0 || floor_between(&before, high) < LM_VALUE(best.gap_rad))) {
-        look_at_corner(pair, &bend[i - 1], radius, high, &before, &best);
-      }
+    if (i != lowest && i != lowest + 1) {
+      look_between_samples(pair, &bend[i - 1], &sample[i - 1], &sample[i], &best);
     }
-    look_between(pair, &bend[i - 1], &before, high, &best);
   }
   return best;
 }
@@ -600,8 +717,8 @@ static int is_involute_pair(const lm_mesh *mesh) {
 
 /* The flank point on a polar radius within the flank, and the number of samples of the mesh below
  * it. */
-static flank_point general_on_radius(const flank_pair *pair, lm_real at_low, lm_real at_high,
-                                     lm_real target, int *below) {
+static void general_on_radius(const flank_pair *pair, lm_real at_low, lm_real at_high,
+                              lm_real target, int *below, flank_point *point) {
   const lm_mesh *mesh = pair->mesh;
   const lm_real guess = mesh->low.radius_mm + (target - at_low) / (at_high - at_low) *
                                                   (mesh->high.radius_mm - mesh->low.radius_mm);
@@ -618,41 +735,37 @@ static flank_point general_on_radius(const flank_pair *pair, lm_real at_low, lm_
     i++;
   }
   *below = i;
-  return general_foot(pair, &foot);
+  general_foot(pair, &foot, point);
 }
 
 /* Whether no point of the flank is closer than the limit; then *lowest is the lowest sample and the
  * least possible gap. */
-static int stays_beyond(const flank_pair *pair, const lm_flank_bend bend[],
+static int stays_beyond(const flank_pair *pair, const lm_sample_bend bend[],
                         const flank_point sample[], int count, lm_real limit_rad,
                         flank_point *lowest) {
-  const lm_conjugate *rigid = &pair->mesh->conjugate;
-  const lm_real sense = pair->mesh->line.sense;
-  const int generated = pair->mesh->rigid_kind != LM_FLANK_INVOLUTE;
-  int corner = generated ? rigid->corners - 1 : -1;
+  const lm_mesh *mesh = pair->mesh;
   lm_plain floor = LM_VALUE(sample[0].gap_rad);
+  int nearest = 0;
   int i;
-  if (generated && sense * sample[count - 1].radius_mm > sense * rigid->land_mm) {
-    return 0;
-  }
-  *lowest = sample[0];
   for (i = 1; i < count && floor > LM_VALUE(limit_rad); i++) {
-    int has_corner = 0;
+    const int corner = next_corner(mesh, mesh->conjugate.corners, &sample[i - 1], &sample[i]);
     lm_plain between;
     lm_plain split;
     int convex;
-    for (; corner >= 0 && sense * rigid->corner_mm[corner] < sense * sample[i].radius_mm;
-         corner--) {
-      has_corner |= sense * rigid->corner_mm[corner] > sense * sample[i - 1].radius_mm;
-    }
-    between = has_corner ? floor_between(&sample[i - 1], &sample[i])
-                         : roughly_lowest(pair, &bend[i - 1], &sample[i - 1], &sample[i]);
-    if (!has_corner && !(between > LM_VALUE(limit_rad))) {
-      between = lowest_between(pair, &bend[i - 1], &sample[i - 1], &sample[i], &split, &convex);
+    if (corner == NO_CORNER) {
+      between = roughly_lowest(pair, &bend[i - 1], &sample[i - 1], &sample[i]);
+      if (!(between > LM_VALUE(limit_rad))) {
+        between = lowest_between(pair, &bend[i - 1], &sample[i - 1], &sample[i], &split, &convex);
+      }
+    } else if (next_corner(mesh, corner, &sample[i - 1], &sample[i]) == NO_CORNER) {
+      between = lowest_at_corner(pair, &bend[i - 1], &sample[i - 1], &sample[i], corner);
+    } else {
+      return 0;
     }
     floor = between < floor ? between : floor;
-    see(lowest, &sample[i]);
+    nearest = sample[i].gap_rad < sample[nearest].gap_rad ? i : nearest;
   }
+  *lowest = sample[nearest];
   lowest->gap_rad = LM_REAL(floor);
   return floor > LM_VALUE(limit_rad);
 }
@@ -668,7 +781,7 @@ static lm_gap general_gap(flank_pair *pair, lm_real at_low, lm_real at_high, lm_
   const int beyond_tip = sense * at_low < sense * rigid_tip;
   const int beyond_end = sense * at_high > sense * rigid_end;
   flank_point point[LM_FLANK_SAMPLES_MAX + 2];
-  const lm_flank_bend *bend = mesh->bend; /* from the first point to the next */
+  const lm_sample_bend *bend = mesh->bend; /* from the first point to the next */
   flank_point nearest;
   lm_gap gap;
   int first = 0;
@@ -680,15 +793,15 @@ static lm_gap general_gap(flank_pair *pair, lm_real at_low, lm_real at_high, lm_
   }
   pair->bound = find_factors(pair, at_low, at_high);
   if (beyond_tip) {
-    point[count++] = general_on_radius(pair, at_low, at_high, rigid_tip, &first);
+    general_on_radius(pair, at_low, at_high, rigid_tip, &first, &point[count++]);
     first += first < end && !(mesh->sample[first].radius_mm > point[0].foot_mm);
     bend += first > 0 ? first - 1 : 0;
   }
   if (beyond_end) {
-    point[LM_FLANK_SAMPLES_MAX + 1] = general_on_radius(pair, at_low, at_high, rigid_end, &end);
+    general_on_radius(pair, at_low, at_high, rigid_end, &end, &point[LM_FLANK_SAMPLES_MAX + 1]);
   }
   for (i = first; i < end; i++) {
-    point[count++] = general_foot(pair, &mesh->sample[i]);
+    general_foot(pair, &mesh->sample[i], &point[count++]);
   }
   if (beyond_end) {
     point[count++] = point[LM_FLANK_SAMPLES_MAX + 1];
@@ -739,7 +852,7 @@ static lm_gap flank_gap(flank_pair *pair, lm_real limit_rad) {
 }
 
 /* Largest distance of the samples on the flank, modules: chosen for speed. */
-#define SAMPLE_MODULES LM_REAL(0.15)
+#define SAMPLE_MODULES LM_REAL(0.2)
 
 /* The second derivatives between the samples, and bounds of the first ones. */
 static void bound_samples(lm_mesh *mesh) {
@@ -758,7 +871,10 @@ static void bound_samples(lm_mesh *mesh) {
         size_of(LM_VALUE(low->across_slope), LM_VALUE(high->across_slope)) + beyond;
     const lm_plain along = size_of(LM_VALUE(low->along_slope), LM_VALUE(high->along_slope)) +
                            half * size_of(bend.along_least, bend.along_most);
-    mesh->bend[i] = bend;
+    mesh->bend[i].across = size_of(bend.across_least, bend.across_most);
+    mesh->bend[i].along = size_of(bend.along_least, bend.along_most);
+    mesh->bend[i].across_change = bend.across_most - bend.across_least;
+    mesh->bend[i].along_change = bend.along_most - bend.along_least;
     mesh->along_speed = larger(mesh->along_speed, along);
     mesh->across_speed = larger(mesh->across_speed, across);
   }
@@ -946,7 +1062,7 @@ lm_status lm_make_mesh_at(const lm_drive *drive, lm_real place, int nodes, const
 }
 
 static flank_pair place_pair(const lm_mesh *mesh, lm_real angle_rad, int forward) {
-  static const bend_factors unknown = {0, 0, 0, 0, 0, 0};
+  static const bend_factors unknown = {0, 0, 0, 0, 0, 0, 0, 0};
   flank_pair pair;
   pair.bound = unknown;
   pair.mesh = mesh;

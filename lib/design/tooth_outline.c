@@ -206,13 +206,14 @@ static lm_real flank_half(const lm_tooth_outline *o, lm_real height_mm) {
   const lm_real radius = o->root_mm + up(o) * height_mm;
   lm_real tangent;
   lm_real half;
+  int piece;
   if (!is_polar(o)) {
     return lm_evaluate_flank(&mesh->flank, o->root_mm + height_mm).across_mm;
   }
   if (!o->rigid || mesh->rigid_kind == LM_FLANK_INVOLUTE) {
     return lm_outline_flank(o, height_mm).half_mm;
   }
-  half = lm_conjugate_half_angle(&mesh->conjugate, radius, &tangent);
+  half = lm_conjugate_half_angle(&mesh->conjugate, radius, &tangent, &piece);
   return radius * (o->outward ? half : LM_PI / LM_REAL(mesh->geometry.rigid_teeth) - half);
 }
 

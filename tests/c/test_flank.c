@@ -332,6 +332,7 @@ static void points_that_make_no_flank_are_refused(void) {
 static int touch_the_table(void) {
   lm_conjugate_contact contact[8];
   int touched = 0;
+  int piece;
   int i;
   for (i = 0; i <= 40; i++) {
     int count = 0;
@@ -344,7 +345,7 @@ static int touch_the_table(void) {
           fabs((double)c->beyond_mm) < BOUND(1e-9, 1e-5)) {
         ASSERT_NEAR(BOUND(1e-6, 2e-5) * (double)drive.teeth.module_mm / (double)c->radius_mm,
                     c->half_angle_rad,
-                    lm_conjugate_half_angle(&mesh.conjugate, c->radius_mm, &out));
+                    lm_conjugate_half_angle(&mesh.conjugate, c->radius_mm, &out, &piece));
         touched++;
       }
     }
@@ -422,6 +423,7 @@ static void a_tooth_does_not_cross_the_flank_that_it_generates(void) {
 static void shift_and_backlash_displace_the_flank(void) {
   lm_conjugate plain;
   lm_conjugate moved;
+  int piece;
   int i;
   start_arcs();
   make_all();
@@ -431,13 +433,14 @@ static void shift_and_backlash_displace_the_flank(void) {
     const lm_real radius = plain.low_mm + (plain.land_mm - plain.low_mm) * LM_REAL(i) / LM_REAL(20);
     const lm_involute_point at = lm_evaluate_conjugate(&moved, radius);
     ASSERT_NEAR(BOUND(1e-8, 1e-5),
-                lm_conjugate_half_angle(&plain, radius, &out) + LM_REAL(0.003) / radius,
+                lm_conjugate_half_angle(&plain, radius, &out, &piece) + LM_REAL(0.003) / radius,
                 at.half_angle_rad);
     ASSERT_NEAR(BOUND(1e-12, 1e-6), atan((double)at.tangent), at.pressure_angle_rad);
   }
   /* The land is radial. */
-  (void)lm_conjugate_half_angle(&moved, moved.top_mm, &out);
+  (void)lm_conjugate_half_angle(&moved, moved.top_mm, &out, &piece);
   ASSERT_NEAR(0, 0, out);
+  TEST_ASSERT_EQUAL_INT(LM_CONJUGATE_ON_LAND, piece);
   /* A shift moves the flank radially; the width of the space remains. */
   geometry.rigid_tip_mm += LM_REAL(0.1);
   ACCEPTED(lm_make_conjugate(&flank, &geometry, &line, LM_REAL(0.1), 0, &moved, &fault));
@@ -445,8 +448,8 @@ static void shift_and_backlash_displace_the_flank(void) {
   for (i = 1; i < 20; i++) {
     const lm_real radius = plain.low_mm + (plain.land_mm - plain.low_mm) * LM_REAL(i) / LM_REAL(20);
     lm_real tangent;
-    const lm_real half = lm_conjugate_half_angle(&plain, radius, &out);
-    const lm_real at = lm_conjugate_half_angle(&moved, radius + LM_REAL(0.1), &tangent);
+    const lm_real half = lm_conjugate_half_angle(&plain, radius, &out, &piece);
+    const lm_real at = lm_conjugate_half_angle(&moved, radius + LM_REAL(0.1), &tangent, &piece);
     ASSERT_NEAR(BOUND(1e-8, 1e-5), half * radius, at * (radius + LM_REAL(0.1)));
     /* the angle of the flank against its own radius, plus the turn of the radius */
     ASSERT_NEAR(BOUND(1e-6, 1e-4), out - half, tangent - at);

@@ -43,6 +43,8 @@ BAR_SPLINE_MODULES = 2e-5
 edge: 1.3e-5 found, 3 nm with a module of 0.25 mm."""
 BAR_RACK_MODULES = 5e-5
 """Residual of 0.04 modules after two steps of extrapolation: 2e-5 found."""
+BAR_DENSE_RAD = 1e-10
+"""Error of the least of 20 001 points: 3e-12 found."""
 DRIVES = int(os.environ.get("LM_FLANK_DRIVES", "0"))
 SEEDS = range(DRIVES) if DRIVES else (0, 1, 2, 43, 126, 159)
 """By default a cam, an ellipse, discs; two minima beside a joint of the flank; a zone of contact
@@ -368,6 +370,39 @@ def test_conjugate_flanks_are_the_swept_ones_where_zones_and_pieces_change(
     sides. With a ring: a piece between two zones, and a joint that is no maximum."""
     document = random_document(seed, flank, generator)
     assert table_error_modules(document, swept_flank(document)) < BAR_MODULES
+
+
+def densest_gap_rad(document: dict[str, Any], angle_rad: float, flank: str) -> float:
+    """Least gap of 20 001 points of the flank against the rigid one, without any search."""
+    model, mesh = made_mesh(document)
+    core, sense, c_flank = model.core.lib, mesh.line.sense, model.core.ffi.addressof(mesh, "flank")
+    place = core.lm_place_tooth(model.core.ffi.addressof(mesh, "line"), angle_rad)
+    lead = place.lead_rad + angle_rad * mesh.geometry.lead_per_angle
+    side = sense if flank == "forward" else -sense
+    least = math.inf
+    for parameter in np.linspace(mesh.flank.low_mm, mesh.flank.high_mm, 20_001):
+        foot = core.lm_evaluate_flank(c_flank, float(parameter))
+        x = side * foot.across_mm
+        along = place.radius_mm + foot.along_mm * place.tilt_cos - x * place.tilt_sin
+        across = foot.along_mm * place.tilt_sin + x * place.tilt_cos
+        radius = math.hypot(along, across)
+        if mesh.polar_low_mm < radius < mesh.polar_high_mm:
+            half = core.lm_rigid_flank_at(mesh, radius).half_angle_rad
+            least = min(least, sense * (half - side * (math.atan2(across, along) + lead)))
+    return least
+
+
+@pytest.mark.parametrize(
+    ("flank", "angle_rad"), [("points", -0.15642610), ("rigid_points", -0.03490659)]
+)
+def test_no_nearer_point_is_omitted_beside_a_corner_of_the_rigid_flank(
+    flank: str, angle_rad: float
+) -> None:
+    """The gap falls faster beside the corner than at the samples around it."""
+    document = random_document(4, flank, "ring")
+    dense = densest_gap_rad(document, angle_rad, "backward")
+    found = DesignModel(parse_drive(document).design).clearances(angles_rad=np.array([angle_rad]))
+    assert abs(float(found.backward_rad[0]) - dense) < BAR_DENSE_RAD
 
 
 @pytest.mark.parametrize(("flank", "seed"), [("double_arc", 64), ("s_tooth", 75)])

@@ -95,13 +95,16 @@ lm_status lm_tabulate_rigid_points(const lm_flank_points *points, const lm_geome
  * where there is no flank, the last piece is extrapolated. */
 lm_involute_point lm_evaluate_conjugate(const lm_conjugate *conjugate, lm_real radius_mm);
 
-/* Without the angles: the half angle, and the tangent of the flank against the radius. */
-lm_real lm_conjugate_half_angle(const lm_conjugate *conjugate, lm_real radius_mm, lm_real *tangent);
+/* Without the angles: the half angle, the tangent of the flank against the radius, and the piece of
+ * the table; the land is LM_CONJUGATE_ON_LAND. */
+#define LM_CONJUGATE_ON_LAND (-1)
+lm_real lm_conjugate_half_angle(const lm_conjugate *conjugate, lm_real radius_mm, lm_real *tangent,
+                                int *piece);
 
-/* Bounds of the second derivative of the half angle by the radius between two radii short of the
- * land, 1/mm^2: exact over the pieces that they touch. */
-void lm_bound_conjugate_bend(const lm_conjugate *conjugate, lm_real a_mm, lm_real b_mm,
-                             lm_plain *least, lm_plain *most);
+/* Bounds of the second derivative of the half angle by the radius, 1/mm^2: exact over all pieces
+ * from one to another. */
+void lm_bound_conjugate_bend(const lm_conjugate *conjugate, int a, int b, lm_plain *least,
+                             lm_plain *most);
 
 /* Contact of a point of the flexspline's flank with the flank that it generates. */
 typedef struct lm_conjugate_contact {

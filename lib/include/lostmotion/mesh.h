@@ -37,9 +37,18 @@ typedef struct lm_clearance {
   lm_real foot_mm; /* distance of the tooth's foot on the neutral line from the centre */
 } lm_clearance;
 
-/* Largest number of points at which a flank is compared with the rigid one: a flank of 3 modules at
- * distances of 0.15. */
+/* Largest number of points at which a flank is compared with the rigid one: a flank of 4 modules at
+ * distances of 0.2. */
 #define LM_FLANK_SAMPLES_MAX 24
+
+/* Sizes of the second derivatives of a flank between two samples, and by how much each of them
+ * changes there, 1/mm. */
+typedef struct lm_sample_bend {
+  lm_plain across;
+  lm_plain along;
+  lm_plain across_change;
+  lm_plain along_change;
+} lm_sample_bend;
 
 /* One axial section of the mesh. */
 typedef struct lm_mesh {
@@ -51,7 +60,7 @@ typedef struct lm_mesh {
   lm_flank_foot low;                          /* ends of the flexspline's flank, at flank.low_mm */
   lm_flank_foot high;                         /* and flank.high_mm */
   lm_flank_foot sample[LM_FLANK_SAMPLES_MAX]; /* from root to tip, unless both are involutes */
-  lm_flank_bend bend[LM_FLANK_SAMPLES_MAX];   /* from each sample to the next */
+  lm_sample_bend bend[LM_FLANK_SAMPLES_MAX];  /* from each sample to the next */
   lm_plain along_speed;                       /* bounds of its slopes */
   lm_plain across_speed;
   int samples;
