@@ -308,7 +308,7 @@ def conclude(
             return noise_floor(final, within), within
         return stepwise.floor_arcsec, stepwise.within_arcsec
 
-    (floor, within_told), rungs = both(yardsticks, lambda: make_rungs(models))
+    (floor, within_told), rungs = both(yardsticks, lambda: make_rungs(models, selection.left_out))
     ladder = make_ladder(rungs, found)
     harmful = {rung["effect"]: rung["harms"] for rung in ladder if rung.get("harms")}
     slips = range(given, given + slipped)

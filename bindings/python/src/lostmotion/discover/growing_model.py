@@ -112,7 +112,11 @@ class GrowingModel(ABC):
 
     def confirms(self, contender: Contender) -> bool:
         """Whether the leave-one-run-out error falls at least as by an effect of the least size."""
-        return self.fall_of_left_out(contender) >= (rules.SIZE_LEAST * self.within) ** 2
+        return self.counts_as_fall(self.fall_of_left_out(contender))
+
+    def counts_as_fall(self, fall: float) -> bool:
+        """Whether a mean square falls at least as by an effect of the least size."""
+        return fall >= (rules.SIZE_LEAST * self.within) ** 2
 
     @abstractmethod
     def take(self, contender: Contender, current: ContestRound) -> None:

@@ -20,7 +20,7 @@ from lostmotion.discover.measured_conditions import Setting, settings_of
 from lostmotion.effects.conditions import Conditions
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.fitted_range import beyond, fitted_ranges
-from lostmotion.fit.held_out import LeftOut
+from lostmotion.fit.held_out import LeftOut, LeftOutResiduals
 from lostmotion.rms import rms_of
 
 FloatArray = npt.NDArray[np.float64]
@@ -96,28 +96,38 @@ def beyond_others(c: Conditions, setting: Setting) -> dict[str, float | None]:
     return beyond(fitted_ranges(c, ~mine), fitted_ranges(c, mine))
 
 
-def make_rungs(models: Sequence[BaselineModel]) -> list[Rung]:
-    """Cross-validate a sequence of models, each with more than the previous one."""
+def make_rungs(
+    models: Sequence[BaselineModel], by_run: LeftOutResiduals | None = None
+) -> list[Rung]:
+    """Cross-validate a sequence of models, each with more than the previous one.
+
+    Parameters
+    ----------
+    models : sequence of BaselineModel
+    by_run : LeftOutResiduals, optional
+        Of the models that were cross-validated by run before.
+    """
     if not models:
         return []
     settings = settings_of(models[0].conditions) if models[0].conditions.runs > 2 else {}
     every = [one for group in settings.values() for one in group]
     before = [len(models[0].terms), *(len(model.terms) for model in models)]
+    by_run = by_run or LeftOutResiduals()
     return [
-        make_rung(model, every, len(model.terms) > terms)
+        make_rung(model, every, len(model.terms) > terms, by_run.of(model))
         for model, terms in zip(models, before, strict=False)
     ]
 
 
-def make_rung(model: BaselineModel, settings: Sequence[Setting], grown: bool) -> Rung:
-    """Cross-validate a model; whether it has `grown` by an effect."""
+def make_rung(
+    model: BaselineModel, settings: Sequence[Setting], grown: bool, left_out: FloatArray
+) -> Rung:
+    """Cross-validate a model over settings; whether it has `grown` by an effect."""
     left = LeftOut(model)
-    runs = [[run] for run in range(len(left.pieces))]
-    rests = left.residuals([*runs, *(list(one.runs) for one in settings)])
-    left_out = np.concatenate([rest for (rest,) in rests[: len(runs)]])
+    rests = left.residuals([list(one.runs) for one in settings], known=left_out)
     by_setting = {
         one: np.array([mean_square(rest) for rest in own])
-        for one, own in zip(settings, rests[len(runs) :], strict=True)
+        for one, own in zip(settings, rests, strict=True)
     }
     return Rung(
         model,

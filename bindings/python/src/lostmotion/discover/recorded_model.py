@@ -44,9 +44,9 @@ from lostmotion.effects.effect import Effect
 from lostmotion.evidence.contest import Result
 from lostmotion.evidence.noise import Noise
 from lostmotion.fit.baseline import BaselineModel
-from lostmotion.fit.held_out import held_out_residual
+from lostmotion.fit.held_out import LeftOutResiduals, held_out_residual
 from lostmotion.rms import rms_of
-from lostmotion.threads import begin
+from lostmotion.threads import begin, both
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -70,6 +70,8 @@ class Selection:
     begun : dict
         Fits to all runs together that were begun, by the names of the effects that are added to
         `began_with`: results are models, see `StepwiseFit`.
+    left_out : LeftOutResiduals
+        Of models of the answer.
     """
 
     steps: list[Step]
@@ -79,6 +81,7 @@ class Selection:
     began_with: BaselineModel
     first: Settled
     begun: dict[tuple[str, ...], Callable[[], list[BaselineModel]]]
+    left_out: LeftOutResiduals
 
 
 def select_recorded(
@@ -94,7 +97,16 @@ def select_recorded(
     model = RecordedModel(base, effects, ratio)
     steps = select(model, say)
     given = max(model.given.values(), default=0.0)
-    return Selection(steps, model.settled, model.noise, given, base, model.first, model.begun)
+    return Selection(
+        steps,
+        model.settled,
+        model.noise,
+        given,
+        base,
+        model.first,
+        model.begun,
+        model.left_out,
+    )
 
 
 class RecordedModel(GrowingModel):
@@ -134,7 +146,7 @@ class RecordedModel(GrowingModel):
         self.begun: dict[tuple[str, ...], Callable[[], list[BaselineModel]]] = {}
         self.tried: dict[tuple[int, str], tuple[RecordedRound, Contender | None]] = {}
         self.present: tuple[Settled, FloatArray] | None = None
-        self.left_out: dict[int, tuple[Settled, FloatArray]] = {}
+        self.left_out = LeftOutResiduals()
         self.formless: RecordedRound | None = None
         first = self.settled[0].base
         self.given = {
@@ -156,7 +168,7 @@ class RecordedModel(GrowingModel):
         """See `GrowingModel`; the noise is estimated again, and the model is linearised for it."""
         base = self.now.base
         candidates, closed = self.candidates(base)
-        self.tried, self.left_out = {}, {}
+        self.tried = {}
         now = self.now
         if self.rounds:
             self.largest = largest_model(base, candidates)
@@ -259,23 +271,24 @@ class RecordedModel(GrowingModel):
 
     def fall_of_left_out(self, contender: Contender) -> float:
         """See `GrowingModel`."""
-        assert contender.settled is not None
-        before, after = self.left_out_present(), self.left_out_residual(contender.settled)
+        before, after = self.left_out_beside(contender)
         return rms_of(before) ** 2 - rms_of(after) ** 2
 
     def confirms(self, contender: Contender) -> bool:
         """See `GrowingModel`; the interval of the gain that the answer states excludes zero."""
-        assert contender.settled is not None
-        before, after = self.left_out_present(), self.left_out_residual(contender.settled)
+        before, after = self.left_out_beside(contender)
         _, (least, _) = gain(before, after, self.now.base.conditions.starts)
-        return least > 0.0 and super().confirms(contender)
+        return least > 0.0 and self.counts_as_fall(rms_of(before) ** 2 - rms_of(after) ** 2)
+
+    def left_out_beside(self, contender: Contender) -> tuple[FloatArray, FloatArray]:
+        """Leave-one-run-out residual of the present model, and of the one with a contender."""
+        settled = contender.settled
+        assert settled is not None
+        return both(self.left_out_present, lambda: self.left_out_residual(settled))
 
     def left_out_residual(self, settled: Settled) -> FloatArray:
-        """Leave-one-run-out residual of a model in the answer, arc seconds; once in a round."""
-        if id(settled) not in self.left_out:
-            residual = held_out_residual(self.in_answer(settled))
-            self.left_out[id(settled)] = (settled, residual)
-        return self.left_out[id(settled)][1]
+        """Leave-one-run-out residual of a model in the answer, arc seconds."""
+        return self.left_out.of(self.in_answer(settled))
 
     def left_out_present(self) -> FloatArray:
         """The same of the present model, or of a longer fit of it if that predicts better.

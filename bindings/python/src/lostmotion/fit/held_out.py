@@ -150,13 +150,27 @@ class LeftOut:
         return left
 
     def residuals(
-        self, groups: Sequence[Sequence[int]], refits: bool = True
+        self,
+        groups: Sequence[Sequence[int]],
+        refits: bool = True,
+        known: FloatArray | None = None,
     ) -> list[list[FloatArray]]:
-        """`residual` of several groups, each left out alone, equal ones once."""
+        """`residual` of several groups, each left out alone, equal ones once.
+
+        Parameters
+        ----------
+        groups : sequence
+        refits : bool
+        known : ndarray, optional
+            Residual of every piece alone, if it was computed before.
+        """
         keys = [tuple(int(piece) for piece in group) for group in groups]
-        apart = list(dict.fromkeys(keys))
+        found: dict[tuple[int, ...], list[FloatArray]] = {}
+        if known is not None:
+            found = {(i,): [known[at]] for i, at in enumerate(self.pieces)}
+        apart = list(dict.fromkeys(key for key in keys if key not in found))
         rests = in_parallel(lambda group: self.residual(list(group), refits), apart)
-        found = dict(zip(apart, rests, strict=True))
+        found |= dict(zip(apart, rests, strict=True))
         return [found[key] for key in keys]
 
     def pieces_of(self, group: Sequence[int]) -> list[slice]:
@@ -190,6 +204,19 @@ def held_out_residual(
         for at, rest in zip(left.pieces_of(group), residual, strict=True):
             out[at] = rest
     return out
+
+
+class LeftOutResiduals:
+    """Leave-one-run-out residuals of models, each computed once."""
+
+    def __init__(self) -> None:
+        self.known: dict[int, tuple[BaselineModel, FloatArray]] = {}
+
+    def of(self, base: BaselineModel) -> FloatArray:
+        """`held_out_residual` of a model that is not changed afterwards."""
+        if id(base) not in self.known:
+            self.known[id(base)] = (base, held_out_residual(base))
+        return self.known[id(base)][1]
 
 
 def own_states(base: BaselineModel, pieces: Sequence[slice]) -> list[IntArray]:
