@@ -420,6 +420,38 @@ static void a_tooth_does_not_cross_the_flank_that_it_generates(void) {
   TEST_ASSERT_TRUE(made > 300);
 }
 
+/* With a ring wave generator: at every angle, and a bound of the clearance is below it. */
+static void a_space_of_a_ring_touches_the_tooth_that_it_leaves(void) {
+  int touching = 0;
+  int bounds = 0;
+  int i;
+  start_arcs();
+  drive.teeth.deformation = LM_EXTERNAL;
+  drive.teeth.rigid_teeth = 98;
+  drive.teeth.tooth_height = LM_REAL(1.4);
+  drive.teeth.engagement_depth = LM_REAL(0.9);
+  drive.generator.type = LM_RING;
+  drive.generator.contact_half_angle_rad = LM_REAL(30) * DEGREE;
+  drive.planar_only = 1;
+  make_mesh();
+  for (i = -60; i <= 120; i++) {
+    const lm_real angle = LM_REAL(i) * DEGREE / LM_REAL(2);
+    const lm_clearance tooth = lm_tooth_clearance(&mesh, angle);
+    const lm_clearance near = lm_clearance_within(&mesh, angle, 2 * ARCMIN);
+    TEST_ASSERT_TRUE((double)tooth.forward.gap_rad > -BOUND(2e-3, 5e-2) * (double)ARCMIN);
+    touching += (double)tooth.forward.gap_rad < BOUND(2e-3, 5e-2) * (double)ARCMIN;
+    if (near.forward.is_bound) {
+      TEST_ASSERT_TRUE(near.forward.gap_rad > 2 * ARCMIN);
+      TEST_ASSERT_TRUE(near.forward.gap_rad <= tooth.forward.gap_rad);
+      bounds++;
+    } else {
+      ASSERT_NEAR(0, tooth.forward.gap_rad, near.forward.gap_rad);
+    }
+  }
+  TEST_ASSERT_GREATER_THAN_INT(0, touching);
+  TEST_ASSERT_GREATER_THAN_INT(20, bounds);
+}
+
 static void shift_and_backlash_displace_the_flank(void) {
   lm_conjugate plain;
   lm_conjugate moved;
@@ -734,6 +766,7 @@ int main(void) {
   RUN_TEST(points_that_make_no_flank_are_refused);
   RUN_TEST(a_conjugate_flank_touches_in_its_zones);
   RUN_TEST(a_tooth_does_not_cross_the_flank_that_it_generates);
+  RUN_TEST(a_space_of_a_ring_touches_the_tooth_that_it_leaves);
   RUN_TEST(shift_and_backlash_displace_the_flank);
   RUN_TEST(tips_that_do_not_reach_are_refused);
   RUN_TEST(a_tip_at_the_end_of_the_flank_has_the_clearance_of_its_neighbours);
