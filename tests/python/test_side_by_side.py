@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import copy
 import csv
 import json
+import math
 from pathlib import Path
 
 import pytest
 
 from conftest import DATA
 from lostmotion.cli import main
-from lostmotion.drives import read_drive
+from lostmotion.drives import parse_drive, read_drive
 from lostmotion.model import design_model
 from lostmotion.predict import predict
-from lostmotion.side_by_side import sweep
+from lostmotion.side_by_side import drive_row, sweep
 
 DRIVES = [DATA / "drives" / f"{name}.toml" for name in ("reference_a", "external_ring", "size_25")]
 
@@ -60,6 +62,23 @@ def test_a_refused_file_has_a_row_with_the_reason(
     assert main(["predict", str(bad), str(gone), "--table", str(tmp_path / "none.csv")]) == 2
     assert not (tmp_path / "none.csv").exists()
     assert capsys.readouterr().err.count("\n") == 1
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize(("key", "teeth"), [("flexspline_teeth", 198), ("rigid_teeth", 200)])
+def test_a_sweep_of_the_teeth_takes_the_other_gear_and_the_ratio_along(
+    key: str, teeth: int, sign: int
+) -> None:
+    document = copy.deepcopy(read_drive(DRIVES[0]).document)
+    document["drive"]["ratio"] *= sign
+    stated = sweep(parse_drive(document), f"teeth.{key}", [teeth, teeth + 1])["rows"]
+    gears, ratio = document["design"]["teeth"], document["drive"]["ratio"]
+    assert gears["rigid_teeth"] - gears["flexspline_teeth"] == 2
+    gears.update(flexspline_teeth=198, rigid_teeth=200)
+    document["drive"]["ratio"] = ratio - math.copysign(1.0, ratio)
+    by_hand = drive_row(parse_drive(document))
+    assert stated[0] == {f"teeth.{key}": teeth, **by_hand}
+    assert "an even number" in stated[1]["refused"]
 
 
 def test_a_sweep_changes_one_key_and_states_what_it_refuses(

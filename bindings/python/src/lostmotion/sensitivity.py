@@ -6,6 +6,7 @@ import copy
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from lostmotion.drives import Drive, parse_drive
 from lostmotion.errors import InputError, LostMotionError
@@ -102,20 +103,31 @@ def with_value(drive: Drive, key: str, value: float) -> Drive:
     InputError
         When there is no such key, or the value is refused.
     """
+    return with_values(drive, {key: value})
+
+
+def with_values(drive: Drive, values: Mapping[str, float]) -> Drive:
+    """Return the drive with several numbers of its file replaced; keys as for `with_value`."""
     document = copy.deepcopy(drive.document)
+    for key, value in values.items():
+        _replace(document, key, value, drive.file)
+    return parse_drive(document, drive.file)
+
+
+def _replace(document: dict[str, Any], key: str, value: float, file: str) -> None:
+    """Write a number, in place of the same one in another unit."""
     section, _, name = key.rpartition(".")
     table = document if section == "drive" else document.get("design", {})
     for part in section.split(".") if section else ():
         table = table.setdefault(part, {})
         if not isinstance(table, dict):
             found = f"'{key}', which is in no table"
-            raise InputError(drive.file, key, found, "a key such as teeth.face_width_mm")
+            raise InputError(file, key, found, "a key such as teeth.face_width_mm")
     stem = split_unit(name)[0]
     for written in [w for w in table if w != name and split_unit(w)[0] == stem]:
         del table[written]
     whole = not isinstance(table.get(name), float) and value == int(value)
     table[name] = int(value) if whole else value
-    return parse_drive(document, drive.file)
 
 
 def stated(drive: Drive, key: str) -> float | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ from lostmotion.errors import InputError, LostMotionError
 from lostmotion.files import csv_text
 from lostmotion.model import ADVICE, design_model, reversal_torque, secant_stiffness
 from lostmotion.results import data_frame, figures
-from lostmotion.sensitivity import with_value
+from lostmotion.sensitivity import stated, with_values
 from lostmotion.units import ARCMIN
 
 Row = dict[str, Any]
@@ -115,6 +116,9 @@ def rows_of(names: Sequence[str], made: Sequence[Callable[[], dict[str, Any]]]) 
 def sweep(drive: Drive, key: str, values: Sequence[float]) -> SideBySide:
     """Return the figures of a drive for several values of one key.
 
+    With the teeth of one gear, those of the other gear and the ratio change, because the difference
+    of the two gears is the number of lobes.
+
     Parameters
     ----------
     key : str
@@ -129,12 +133,29 @@ def sweep(drive: Drive, key: str, values: Sequence[float]) -> SideBySide:
     """
 
     def row_of(value: float) -> dict[str, Any]:
-        return drive_row(with_value(drive, key, value))
+        return drive_row(with_values(drive, {key: value, **_following(drive, key, value)}))
 
     wanted = [float(value) for value in values]
     made = rows_of([drive.name] * len(wanted), [functools.partial(row_of, one) for one in wanted])
     rows = [{key: value, **row} for value, row in zip(wanted, made, strict=True)]
     return SideBySide(schema="lostmotion.table/1", swept=key, rows=rows)
+
+
+LOBES = 2
+"""Lobes of the wave, and difference of the numbers of teeth of both gears."""
+
+
+def _following(drive: Drive, key: str, value: float) -> dict[str, float]:
+    """Values that follow from the teeth of one gear: those of the other, and the ratio."""
+    other = {"flexspline_teeth": "rigid_teeth", "rigid_teeth": "flexspline_teeth"}
+    table, _, name = key.rpartition(".")
+    before = stated(drive, key) if table == "teeth" and name in other else None
+    mate = stated(drive, f"teeth.{other[name]}") if before is not None else None
+    if before is None or mate is None:
+        return {}
+    more = value - before
+    ratio = drive.ratio + math.copysign(1.0, drive.ratio) * more / LOBES
+    return {f"teeth.{other[name]}": mate + more, "drive.ratio": ratio}
 
 
 def drive_row(drive: Drive) -> dict[str, Any]:
