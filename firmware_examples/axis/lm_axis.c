@@ -105,6 +105,8 @@ lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_axis_
   a->zero_rad = zero_rad;
   a->stood_at_rad = motor_over_ratio_rad;
   a->setpoint_rad = motor_over_ratio_rad;
+  a->motor_rad = motor_over_ratio_rad;
+  a->seen_rad = motor_over_ratio_rad;
   a->command_rad = lm_axis_reported(a, motor_over_ratio_rad);
   return LM_OK;
 }
@@ -176,7 +178,7 @@ static void measure(lm_axis *a, lm_axis_source source, float sensed_Nm) {
   a->source_waits = a->source != source;
   a->source_lost = a->source_waits;
   a->input_missing = a->input_missing || !there;
-  if (there && a->source == source) {
+  if (there && a->source == source && !(a->still && source == LM_AXIS_CURRENT)) {
     a->sensed_Nm = clip(a, sensed_Nm);
     a->beyond_Nm += a->share * (a->sensed_Nm - a->command_Nm - a->beyond_Nm);
   }
@@ -262,11 +264,54 @@ float lm_axis_use_current(lm_axis *a, const lm_motor *motor, float commanded_Nm,
   if (a->source_waits) {
     return use(a, a->beyond_Nm);
   }
+  if (a->still) {
+    return use(a, a->believed_Nm);
+  }
   if (before != LM_AXIS_CURRENT) {
     a->bound_Nm = lm_bound_torque(motor, a->torque_Nm, 0);
   }
   a->bound_Nm += a->share * (lm_bound_torque(motor, a->sensed_Nm, motor_rad_s) - a->bound_Nm);
   return use(a, lm_hold_torque(&a->believed_Nm, a->beyond_Nm, a->bound_Nm));
+}
+
+/* The position loop holds the motor near the setpoint, as near as it has time to. An angle that does
+ * not change while the setpoint does is not that of the motor. */
+static void judge_motor(lm_axis *a, float motor_over_ratio_rad) {
+  const float period_s = a->follow.period_s;
+  const float moved_rad = motor_over_ratio_rad - a->motor_rad;
+  const float rate_rad_s = size(a->state == LM_AXIS_OPEN ? moved_rad / period_s : lm_axis_rate(a));
+  const float apart_rad = motor_over_ratio_rad - a->setpoint_rad;
+  a->parted = 0;
+  if (!is_there(motor_over_ratio_rad)) {
+    return;
+  }
+  a->fast_rad_s -= a->fast_rad_s * period_s / a->follow.stand_s;
+  a->fast_rad_s = rate_rad_s > a->fast_rad_s ? rate_rad_s : a->fast_rad_s;
+  if (size(moved_rad) > 0) {
+    a->seen_rad = a->setpoint_rad;
+  }
+  a->motor_rad = motor_over_ratio_rad;
+  a->parted = a->state >= LM_AXIS_PAUSED && !a->holds &&
+              (size(apart_rad) > LM_AXIS_APART_RAD + a->fast_rad_s * a->follow.stand_s ||
+               size(a->setpoint_rad - a->seen_rad) > LM_AXIS_APART_RAD);
+}
+
+/* While the planner rests and the motor has not moved either, friction bears any change of the
+ * current: its bound is known only for the friction that was stated. A motor that has moved
+ * (another load) has to stand for the time of the filter again. */
+static void find_stillness(lm_axis *a, float motor_over_ratio_rad) {
+  const float apart_rad = motor_over_ratio_rad - a->setpoint_rad;
+  const int rests = a->follow.rested_s >= LM_FOLLOW_REST_S;
+  if (!rests) {
+    a->still_s = a->follow.stand_s;
+    a->still_at_rad = apart_rad;
+  } else if (!(size(apart_rad - a->still_at_rad) < LM_AXIS_STILL_RAD)) {
+    a->still_s = 0;
+    a->still_at_rad = apart_rad;
+  } else {
+    a->still_s += a->follow.period_s;
+  }
+  a->still = rests && a->still_s >= a->follow.stand_s;
 }
 
 /* With the motor at rest the correction moves nothing. What looks like ringing then is the load
@@ -376,6 +421,7 @@ float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_r
   a->correction.status |= a->clipped ? LM_STATE_TORQUE_CLIPPED : 0;
   a->clipped = 0;
   a->lost_ticks = is_there(motor_over_ratio_rad) ? 0 : a->lost_ticks + 1;
+  judge_motor(a, motor_over_ratio_rad);
   if (a->state == LM_AXIS_CLOSED && !(follows && a->lost_ticks <= LM_FOLLOW_LOST_TICKS &&
                                       lm_follow_wish(&a->follow, &a->command_rad, wish_rad))) {
     a->state = LM_AXIS_PAUSED;
@@ -387,6 +433,7 @@ float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_r
   judge_ringing(a);
   if (a->state == LM_AXIS_CLOSED) {
     a->waits = LM_AXIS_READY;
+    find_stillness(a, motor_over_ratio_rad);
     a->moved_rad = a->follow.moved_rad;
     a->setpoint_rad = a->command_rad - a->zero_rad + added_rad(a);
     if (a->output_loop && moves_alone(a)) {
@@ -395,6 +442,8 @@ float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_r
     }
     return a->setpoint_rad;
   }
+  a->still = 0;
+  a->still_s = 0;
   a->moved_rad = 0;
   a->correction.velocity_rad_s = 0; /* the motor does not follow */
   a->correction.acceleration_rad_s2 = 0;
@@ -402,6 +451,7 @@ float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_r
       (a->holds || (a->state == LM_AXIS_OPEN && !follows)) && is_there(motor_over_ratio_rad);
   if (a->at_motor) {
     a->setpoint_rad = motor_over_ratio_rad; /* no position error */
+    a->seen_rad = motor_over_ratio_rad;
     a->holds = 0;
   }
   a->command_rad = lm_axis_reported(a, a->setpoint_rad);
@@ -476,6 +526,7 @@ void lm_axis_open(lm_axis *a) {
   if (a->state >= LM_AXIS_PAUSED) {
     a->state = LM_AXIS_OPEN;
     a->waits = LM_AXIS_WAITS_STAND;
+    a->parted = 0;
     a->stood_at_rad = a->setpoint_rad;
     forget_standstill(a);
   }
@@ -539,6 +590,8 @@ void lm_axis_turn(lm_axis *a, float by_rad) {
   if (is_known(by_rad)) {
     a->setpoint_rad += by_rad;
     a->stood_at_rad += by_rad;
+    a->motor_rad += by_rad;
+    a->seen_rad += by_rad;
     a->command_rad += by_rad;
     a->follow.rest_rad += by_rad;
   }

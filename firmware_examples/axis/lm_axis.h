@@ -23,7 +23,9 @@
 /* 5 turns of the output: one step of binary32 is 2e-6 rad (0.4 arcsec) there. */
 #define LM_AXIS_ANGLE_MAX_RAD 32.0f
 
-/* A motor that is further from the setpoint is not held there: more than a position loop yields. */
+/* A motor that is further from the setpoint is not held there: more than a position loop yields.
+ * Behind a setpoint that moves, or has just stopped, a motor may be further away by the way in the
+ * time of LM_AXIS_STAND. */
 #define LM_AXIS_APART_RAD 0.01f
 
 /* The torque limit of the parameters in this time: so fast the feed-forward ends before another
@@ -60,7 +62,8 @@ typedef enum lm_axis_wait {
                               measured torque is not in use */
   LM_AXIS_WAITS_DRIVE,     /* the drive does not follow, and for nothing else */
   LM_AXIS_WAITS_PLANNER,   /* to close: the planner is not at command_rad; to pause: it moves */
-  LM_AXIS_WAITS_COMMAND    /* lm_drive.h: no command, or it has expired or ended by a trip */
+  LM_AXIS_WAITS_COMMAND,   /* lm_drive.h: no command, or it has expired or ended by a trip */
+  LM_AXIS_WAITS_PARTED     /* lm_drive.h: the same, the motor was parted from the setpoint */
 } lm_axis_wait;
 
 typedef enum lm_axis_source { LM_AXIS_COMMAND = 0, LM_AXIS_SENSOR, LM_AXIS_CURRENT } lm_axis_source;
@@ -81,6 +84,13 @@ typedef struct lm_axis {
   lm_standstill standstill;
   float stood_s;
   float stood_at_rad; /* of the motor, with the loop open */
+  float motor_rad;    /* last one, / signed ratio */
+  float fast_rad_s;   /* recent rate of setpoint or open motor */
+  float seen_rad;     /* setpoint at which the angle of the motor changed last */
+  int parted; /* the motor is not held at the setpoint, or its angle does not change with it */
+  int still;  /* planner and motor rest: a current tells nothing of the load */
+  float still_s;
+  float still_at_rad; /* of the motor, from the setpoint */
   int rang;           /* LM_STATE_RINGING was set while the loop was closed */
   int begun;          /* first tick */
   int lost_ticks;     /* without an angle of the motor */
@@ -164,7 +174,10 @@ float lm_axis_use_sensor(lm_axis *a, float commanded_Nm, float sensed_Nm);
 /* motor_rad_s: velocity of the motor shaft, from counts; acceleration_rad_s2: of the planner, at
  * the output. follows: of lm_drive. The current is used once the drive has followed, and so borne
  * the load, for the time of LM_AXIS_STAND; until then the torque of the command plus the last
- * difference. A current or a velocity that is not finite: as a lost sensor. */
+ * difference. In LM_AXIS_CLOSED, while planner and motor rest, a change of the current is friction,
+ * whatever lm_motor states, and changes nothing; a motor that has moved by LM_AXIS_STILL_RAD from
+ * the setpoint has to rest for LM_AXIS_STAND again. A current or a velocity that is not finite: as
+ * a lost sensor. */
 float lm_axis_use_current(lm_axis *a, const lm_motor *motor, float commanded_Nm, float current_A,
                           float motor_rad_s, float acceleration_rad_s2, int follows);
 

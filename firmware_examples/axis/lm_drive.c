@@ -2,18 +2,21 @@
 
 #include <string.h>
 
-/* The report of this tick. 1: the drive left its operation, though it should be in it. */
+/* The report of this tick. 1: the drive left its operation, though it should be in it, or does not
+ * hold the motor. */
 static int take_report(lm_drive *d, lm_axis *a, const lm_drive_report *report) {
+  const int parts = a->parted && d->operated && d->release;
   int left;
   d->last = report->lost ? d->last : *report;
   d->last.fault = d->last.fault || (!d->own_brake && a->lost_ticks > LM_FOLLOW_LOST_TICKS);
   left = d->operated && !d->last.enabled;
   d->operated = d->last.enabled && !d->last.fault;
   d->ending = d->ending && d->operated;
-  if (d->last.fault || left || (d->operated ? d->last.other_mode : d->last.preparing)) {
+  d->parted = d->parted || parts;
+  if (d->last.fault || left || parts || (d->operated ? d->last.other_mode : d->last.preparing)) {
     lm_axis_open(a);
   }
-  return d->last.fault || (left && d->enable);
+  return d->last.fault || parts || (left && d->enable);
 }
 
 /* 1: the axis shall be closed. */
@@ -74,7 +77,8 @@ void lm_drive_step(lm_drive *d, lm_axis *a, const lm_drive_report *report, int r
   const int tripped = take_report(d, a, report);
   const int runs = judge_command(d, a, tripped, run);
   const int rests = a->state != LM_AXIS_CLOSED || a->follow.rested_s >= LM_FOLLOW_REST_S;
-  d->wait = LM_AXIS_WAITS_COMMAND;
+  d->parted = d->parted && !runs;
+  d->wait = d->parted ? LM_AXIS_WAITS_PARTED : LM_AXIS_WAITS_COMMAND;
   if (runs) {
     d->wait = start(d, a);
     d->release = d->enable && d->operated;

@@ -45,6 +45,7 @@ typedef struct lm_drive {
   lm_drive_report last;
   int armed;    /* run has been 0 since the power-up, a trip, an expired command */
   int operated; /* enabled, without a fault */
+  int parted;   /* the last command ended because the motor was parted from the setpoint */
   int ending;   /* disabled, and has not left its operation yet */
   float enabling_s;
   float released_s;
@@ -52,7 +53,9 @@ typedef struct lm_drive {
 } lm_drive;
 
 /* run: command of the operator. 1: the axis is closed once everything stands; after a power-up, a
- * trip, or a command that has waited for LM_DRIVE_ENABLING_S, only after run has been 0. 0: once
+ * trip, or a command that has waited for LM_DRIVE_ENABLING_S, only after run has been 0. A motor that
+ * the drive does not hold at the setpoint (LM_AXIS_APART_RAD), or whose angle does not change while
+ * the setpoint does, is a trip: `enable` and `release` 0 at once. 0: once
  * the planner rests (own_stop: at once) the setpoint stays, the brake is closed, the drive
  * disabled. In another mode the setpoint follows the motor; back from it, the motor is held where
  * it is until the correction stands. */

@@ -178,7 +178,7 @@ static int lose_measurement(joint *j, int by_current) {
     return 1;
   }
   for (k = 0; by_current && k < BEAR_TICKS; ++k) {
-    run(j, 1, measure(j, 1, LOAD_NM), 0);
+    run(j, 1, measure(j, 1, LOAD_NM + 2.0f), 0);
   }
   for (k = 0; k < 4 * STAND_TICKS; ++k) {
     const int lost = k >= 2 * STAND_TICKS && k < 3 * STAND_TICKS;
@@ -214,6 +214,40 @@ static int lose_measurement(joint *j, int by_current) {
     run(j, 1, measure(j, by_current, LOAD_NM), 0);
   }
   return j->drive.state != LM_AXIS_CLOSED || size(j->drive.torque_Nm - LOAD_NM) > 0.01f;
+}
+
+/* At rest the current of a motor whose friction is greater than stated wanders: nothing moves, as
+ * long as the motor does not. A motor that has moved bears another load. */
+static int wander(joint *j) {
+  const lm_conditions at = conditions(LOAD_NM);
+  float before_rad;
+  float torque_Nm = 0;
+  int k;
+  run(j, 400, LOAD_NM, FAST_RAD);
+  run(j, 100, LOAD_NM, 0);
+  before_rad = j->motor_rad;
+  for (k = 0; k < 8 * STAND_TICKS; ++k) {
+    const float off_Nm = (k / STAND_TICKS) % 2 ? 7.0f : -7.0f;
+    torque_Nm = measure(j, 1, LOAD_NM + off_Nm);
+    run(j, 1, torque_Nm, 0);
+    if (k > STAND_TICKS && size(j->motor_rad - before_rad) > STILL_RAD) {
+      return 1;
+    }
+    before_rad = j->motor_rad;
+  }
+  for (k = 0; k < 3 * STAND_TICKS; ++k) {
+    const float yields_rad = k < 10 ? 2 * LM_AXIS_STILL_RAD : 0;
+    torque_Nm = measure(j, 1, LOAD_NM - 2.0f);
+    j->motor_rad = lm_axis_tick(&j->drive, &at, j->motor_rad - yields_rad, j->wish_rad, 1);
+  }
+  if (j->drive.state != LM_AXIS_CLOSED || size(torque_Nm - LOAD_NM + 2.0f) > 0.01f ||
+      lm_axis_pause(&j->drive)) {
+    return 1;
+  }
+  for (k = 0; k < 3 * STAND_TICKS; ++k) {
+    run(j, 1, measure(j, 1, LOAD_NM), 0);
+  }
+  return 0;
 }
 
 /* The torque becomes known while the drive bears the load: what is fed forward creeps to it. */
@@ -898,7 +932,8 @@ int axis_story(float *most_rad) {
   if (moved_rad > STILL_RAD) {
     return 16;
   }
-  if (lose_measurement(&j, 0) || lose_measurement(&j, 1) || weigh(&j) || shift_gravity(&j)) {
+  if (lose_measurement(&j, 0) || lose_measurement(&j, 1) || wander(&j) || weigh(&j) ||
+      shift_gravity(&j)) {
     return 18;
   }
   if (confuse_planner(&j)) {

@@ -12,7 +12,7 @@ static float report(const lm_commission *c, const lm_axis *a, float motor_rad, f
 commissioning_finding lm_commission_start(lm_commission *c, lm_axis *a, const lm_drive *d,
                                           const commissioning_settings *settings) {
   commissioning_finding finding;
-  if (a->state != LM_AXIS_OPEN || d->wait != LM_AXIS_WAITS_COMMAND) {
+  if (a->state != LM_AXIS_OPEN || d->wait < LM_AXIS_WAITS_COMMAND) {
     return COMMISSIONING_ABORTED;
   }
   memset(c, 0, sizeof *c);
@@ -28,7 +28,11 @@ void lm_commission_step(lm_commission *c, lm_axis *a, lm_drive *d, const lm_cond
                         float motor_rad, float output_rad) {
   commissioning_input in = {0, 0, 0, 0, LM_UNKNOWN, LM_UNKNOWN, LM_UNKNOWN, LM_CONDITIONS_UNKNOWN};
   int guides;
-  c->waited_s = d->wait == LM_AXIS_WAITS_COMMAND ? c->waited_s + a->follow.period_s : 0;
+  if (c->on && !c->out.finding && d->wait == LM_AXIS_WAITS_PARTED) {
+    commissioning_abort(&c->run);
+    c->out.finding = COMMISSIONING_FOLLOW;
+  }
+  c->waited_s = d->wait >= LM_AXIS_WAITS_COMMAND ? c->waited_s + a->follow.period_s : 0;
   if (a->state < LM_AXIS_PAUSED && (c->out.finding || c->waited_s > LM_DRIVE_ENABLING_S)) {
     c->on = 0;
   }

@@ -164,7 +164,7 @@ static void find_rest(cia402_axis *c, int operates) {
 
 /* Steps through the drive's states, one per cycle. */
 static uint16_t controlword(const cia402_axis *c) {
-  const int waits = c->drive.wait != LM_AXIS_WAITS_COMMAND; /* for something that will come */
+  const int waits = c->drive.wait < LM_AXIS_WAITS_COMMAND; /* for something that will come */
   switch (c->statusword & CIA402_STATE_MASK) {
     case CIA402_OPERATION_ENABLED:
       return c->drive.enable ? CIA402_ENABLE : CIA402_QUICK_STOP;

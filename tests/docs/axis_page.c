@@ -45,7 +45,8 @@ static int on, tripped, ordered, release_ordered;
 static lm_memory gear;
 
 static unsigned drawn = 1;
-static int lost, quits, halted;
+static int lost, quits, halted, frozen;
+static float follows = 1;     /* -1: the position loop has the wrong sign */
 float payload_kg = 1;         /* times WEIGHT_NM */
 static float sensed_sign = 1; /* of the sensor, the current */
 static float rate_off_rad;    /* the velocity feed-forward is not that of the setpoint, a tick */
@@ -57,6 +58,13 @@ static unsigned draw(unsigned below) {
 
 static float size(float value) {
   return value < 0 ? -value : value;
+}
+
+/* Reading of the motor's encoder. */
+static float reading_rad(void) {
+  static float last_rad;
+  last_rad = frozen ? last_rad : motor_over_ratio_rad;
+  return last_rad;
 }
 
 static float cosine(float x) { /* of a small angle */
@@ -131,7 +139,7 @@ int loop_on, loop_fault;
 static float velocity_rad_s;
 
 float motor_rad(void) {
-  return lost ? LM_UNKNOWN : motor_over_ratio_rad * RATIO;
+  return lost ? LM_UNKNOWN : reading_rad() * RATIO;
 }
 
 float motor_rad_s(void) {
@@ -208,7 +216,7 @@ static void report(void) {
   in.operates = on;
   in.position_mode = 1;
   in.tripped = tripped && !quits;
-  in.motor_rad = motor_over_ratio_rad * RATIO;
+  in.motor_rad = reading_rad() * RATIO;
 }
 
 static lm_status power_on(void) {
@@ -234,7 +242,7 @@ static void report(void) {
                ? CIA402_SWITCHED_ON
                : CIA402_SWITCH_ON_DISABLED;
   in.statusword = status;
-  in.position_actual = (int32_t)(motor_over_ratio_rad * RAD);
+  in.position_actual = (int32_t)(reading_rad() * RAD);
   in.valid = !lost;
   in.mode = CIA402_CSP;
 }
@@ -267,7 +275,8 @@ static void move(void) {
     const float yields_rad = (load_Nm + feed_Nm + integral_Nm) / STIFFNESS;
     integral_Nm += (setpoint_rad - motor_over_ratio_rad) * STIFFNESS * PERIOD_S / INTEGRAL_S;
     motor_over_ratio_rad += setpoint_rad - followed_rad;
-    motor_over_ratio_rad += LAG * (setpoint_rad + yields_rad - motor_over_ratio_rad);
+    motor_over_ratio_rad +=
+        (ordered ? follows : 1) * LAG * (setpoint_rad + yields_rad - motor_over_ratio_rad);
   } else if (braked_s < CLOSES_S) {
     motor_over_ratio_rad -= FALL_RAD;
   }
@@ -505,6 +514,42 @@ static int commission_it(void) {
   return 0;
 }
 
+/* A position loop that drives the motor away from a setpoint that stands, in a commissioning and
+ * later; an encoder whose reading stays in motion: the drive is disabled, the brake closes. */
+static int part(int kind) {
+  float before_rad;
+  run = 0;
+  (void)seconds(2);
+  if (kind == 0) {
+    (void)commission();
+  }
+  run = 1;
+  if (kind > 0) {
+    (void)seconds(4);
+  }
+  before_rad = motor_over_ratio_rad;
+  if (kind < 2) {
+    follows = -1;
+  } else {
+    target_rad = planned.position + 0.3f;
+    ticks(400); /* it moves */
+    frozen = 1;
+    before_rad = motor_over_ratio_rad;
+  }
+  motor_over_ratio_rad += kind < 2 ? 1e-6f : 0;
+  (void)seconds(4);
+  follows = 1;
+  frozen = 0;
+  if (d->enable || on ||
+      size(motor_over_ratio_rad - before_rad) > (kind < 2 ? 0.2f : 4 * LM_AXIS_APART_RAD) ||
+      (kind > 0 ? d->wait != LM_AXIS_WAITS_PARTED : test.out.finding != COMMISSIONING_FOLLOW)) {
+    return 60 + kind;
+  }
+  run = 0;
+  (void)seconds(2);
+  return 0;
+}
+
 static int restart(int knows_zero) {
   int k;
   run = 0;
@@ -647,6 +692,9 @@ int main(void) {
   failed = failed ? failed : carry();
   failed = failed ? failed : stop();
   failed = failed ? failed : commission_it();
+  failed = failed ? failed : part(0);
+  failed = failed ? failed : part(1);
+  failed = failed ? failed : part(2);
   failed = failed ? failed : restart(1);
   failed = failed ? failed : restart(0); /* with the gravity of the power-down */
   failed = failed || KIND != 1 ? failed : stop_itself();
