@@ -274,6 +274,11 @@ float lm_axis_use_current(lm_axis *a, const lm_motor *motor, float commanded_Nm,
   return use(a, lm_hold_torque(&a->believed_Nm, a->beyond_Nm, a->bound_Nm));
 }
 
+/* Around the setpoint: what a position loop yields, and the way of a motor that is behind, or stops. */
+static float find_room(const lm_axis *a) {
+  return LM_AXIS_APART_RAD + a->fast_rad_s * a->follow.stand_s;
+}
+
 /* The position loop holds the motor near the setpoint, as near as it has time to. An angle that does
  * not change while the setpoint does is not that of the motor. */
 static void judge_motor(lm_axis *a, float motor_over_ratio_rad) {
@@ -291,9 +296,22 @@ static void judge_motor(lm_axis *a, float motor_over_ratio_rad) {
     a->seen_rad = a->setpoint_rad;
   }
   a->motor_rad = motor_over_ratio_rad;
-  a->parted = a->state >= LM_AXIS_PAUSED && !a->holds &&
-              (size(apart_rad) > LM_AXIS_APART_RAD + a->fast_rad_s * a->follow.stand_s ||
-               size(a->setpoint_rad - a->seen_rad) > LM_AXIS_APART_RAD);
+  a->parted =
+      a->state >= LM_AXIS_PAUSED && !a->holds &&
+      (size(apart_rad) > find_room(a) || size(a->setpoint_rad - a->seen_rad) > LM_AXIS_APART_RAD);
+}
+
+/* 1: the command continues. */
+static int follow_planner(lm_axis *a, float elapsed_s, float wish_rad) {
+  const float most_rad = LM_AXIS_ANGLE_MAX_RAD - find_room(a);
+  const int missed = is_known(elapsed_s) && elapsed_s * LM_AXIS_STAND > a->follow.stand_s;
+  float next_rad;
+  if (!lm_follow_wish(&a->follow, &a->command_rad, wish_rad) || missed) {
+    return 0;
+  }
+  next_rad = size(a->command_rad - a->zero_rad + added_rad(a));
+  a->far = next_rad > most_rad && next_rad > size(a->setpoint_rad);
+  return !a->far;
 }
 
 /* While the planner rests and the motor has not moved either, friction bears any change of the
@@ -423,7 +441,7 @@ float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_r
   a->lost_ticks = is_there(motor_over_ratio_rad) ? 0 : a->lost_ticks + 1;
   judge_motor(a, motor_over_ratio_rad);
   if (a->state == LM_AXIS_CLOSED && !(follows && a->lost_ticks <= LM_FOLLOW_LOST_TICKS &&
-                                      lm_follow_wish(&a->follow, &a->command_rad, wish_rad))) {
+                                      follow_planner(a, now.elapsed_s, wish_rad))) {
     a->state = LM_AXIS_PAUSED;
     forget_standstill(a);
   }
@@ -463,6 +481,9 @@ float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_r
                                : LM_AXIS_WAITS_PLANNER;
     a->state = begins && a->waits == LM_AXIS_READY ? LM_AXIS_CLOSED : LM_AXIS_PAUSED;
   }
+  if (a->state == LM_AXIS_PAUSED && a->far && a->waits == LM_AXIS_WAITS_STAND) {
+    a->waits = LM_AXIS_WAITS_ANGLE;
+  }
   follow_guide(a, follows);
   return a->setpoint_rad;
 }
@@ -474,7 +495,7 @@ float lm_axis_rate(const lm_axis *a) {
 }
 
 float lm_axis_feed(const lm_axis *a) {
-  return -approach(0, a->fed_Nm, a->limit_Nm);
+  return -approach(0, a->guides ? a->guide_Nm : a->fed_Nm, a->limit_Nm);
 }
 
 int lm_axis_guide(lm_axis *a, float command_rad, const lm_correction *correction) {
@@ -527,6 +548,7 @@ void lm_axis_open(lm_axis *a) {
     a->state = LM_AXIS_OPEN;
     a->waits = LM_AXIS_WAITS_STAND;
     a->parted = 0;
+    a->far = 0;
     a->stood_at_rad = a->setpoint_rad;
     forget_standstill(a);
   }

@@ -62,6 +62,7 @@ typedef enum lm_axis_wait {
                               measured torque is not in use */
   LM_AXIS_WAITS_DRIVE,     /* the drive does not follow, and for nothing else */
   LM_AXIS_WAITS_PLANNER,   /* to close: the planner is not at command_rad; to pause: it moves */
+  LM_AXIS_WAITS_ANGLE,     /* the planner went further than LM_AXIS_ANGLE_MAX_RAD */
   LM_AXIS_WAITS_COMMAND,   /* lm_drive.h: no command, or it has expired or ended by a trip */
   LM_AXIS_WAITS_PARTED     /* lm_drive.h: the same, the motor was parted from the setpoint */
 } lm_axis_wait;
@@ -87,6 +88,7 @@ typedef struct lm_axis {
   float motor_rad;    /* last one, / signed ratio */
   float fast_rad_s;   /* recent rate of setpoint or open motor */
   float seen_rad;     /* setpoint at which the angle of the motor changed last */
+  int far;            /* the planner went further than an angle may */
   int parted; /* the motor is not held at the setpoint, or its angle does not change with it */
   int still;  /* planner and motor rest: a current tells nothing of the load */
   float still_s;
@@ -103,6 +105,7 @@ typedef struct lm_axis {
   int unfed;  /* the loop was closed for it */
   int guides; /* it moves the axis */
   float guide_rad;
+  float guide_Nm;   /* of the test: change of the torque, fed forward instead */
   float guided_rad; /* of the tick before, or LM_UNKNOWN */
   lm_correction guide;
   int holds;    /* lm_axis_hold: the next angle of the motor is the setpoint, as after a lost bus */
@@ -194,14 +197,16 @@ float lm_axis_rate(const lm_axis *a);
 /* Torque feed-forward, of the output: against the load, within torque_limit_Nm. After lm_axis_close
  * it changes with the torque of the command alone: fed forward, a measurement would close a loop
  * that oscillates. What is measured or becomes known is already borne by the integrator, and it
- * creeps there. 0 if the loop was closed for a test: its sign is not known. */
+ * creeps there. 0 if the loop was closed for a test, except in its small motion that finds the sign. */
 float lm_axis_feed(const lm_axis *a);
 
 /* Once in every period, in all states; after an overrun not twice; elapsed_s of the first one is
  * ignored. wish_rad: the output angle that the planner requests, a new one in every tick:
  * interpolate a slower planner. While the state is not LM_AXIS_CLOSED the planner is at rest at
  * command_rad, within LM_FOLLOW_NEAR_RAD. In LM_AXIS_CLOSED the axis is paused by a wish that
- * steps (follow.step_rad_s), or is missing (not finite) for more than LM_FOLLOW_LOST_TICKS.
+ * steps (follow.step_rad_s), or is missing (not finite) for more than LM_FOLLOW_LOST_TICKS; by an
+ * elapsed_s above 1 / response_per_s (missed ticks); and before motor_over_ratio_rad leaves
+ * +-LM_AXIS_ANGLE_MAX_RAD, where the axis could not be started: lm_axis_turn.
  * Returns the setpoint of the position loop, motor angle / signed ratio.
  *
  * follows: of lm_drive: 1 while the drive reports that it follows the setpoint, and the brake

@@ -250,6 +250,45 @@ static int wander(joint *j) {
   return 0;
 }
 
+/* The planner goes further than an angle may: the axis is paused where it can be started. Missed
+ * ticks in motion pause it, too. */
+static int go_far(joint *j) {
+  static lm_axis started;
+  lm_conditions at = conditions(LOAD_NM);
+  const float turns_rad = 30 - j->motor_rad;
+  int k;
+  lm_axis_turn(&j->drive, turns_rad);
+  j->motor_rad += turns_rad;
+  j->wish_rad = j->drive.command_rad;
+  for (k = 0; k < 8000 && j->drive.waits != LM_AXIS_WAITS_ANGLE; ++k) {
+    run(j, 1, LOAD_NM, FAST_RAD);
+  }
+  if (j->drive.state != LM_AXIS_PAUSED || j->motor_rad < 30.5f ||
+      lm_axis_power_up(&started, &joint_parameters, 0, &at, j->motor_rad, 0, 0) != LM_OK ||
+      join(j) > STILL_RAD) {
+    return 1;
+  }
+  run(j, 400, LOAD_NM, -FAST_RAD); /* and comes back */
+  if (j->drive.state != LM_AXIS_CLOSED) {
+    return 1;
+  }
+  run(j, 400, LOAD_NM, 0);
+  lm_axis_turn(&j->drive, -turns_rad);
+  j->motor_rad -= turns_rad;
+  j->wish_rad = j->drive.command_rad;
+  for (k = 0; k < 2; ++k) { /* up to 1 / response_per_s: not seen */
+    run(j, 20, LOAD_NM, FAST_RAD);
+    j->wish_rad += FAST_RAD;
+    at.elapsed_s = (k ? 1.1f : 0.9f) / joint_parameters.limits.response_per_s;
+    j->motor_rad = lm_axis_tick(&j->drive, &at, j->motor_rad, j->wish_rad, 1);
+    if ((j->drive.state == LM_AXIS_PAUSED) != k) {
+      return 1;
+    }
+  }
+  j->wish_rad = j->drive.command_rad;
+  return join(j) > STILL_RAD;
+}
+
 /* The torque becomes known while the drive bears the load: what is fed forward creeps to it. */
 static int feed_steps(joint *j, float torque_Nm) {
   const float before_Nm = lm_axis_feed(&j->drive);
@@ -963,6 +1002,9 @@ int axis_story(float *most_rad) {
   }
   if (lose_condition(&j)) {
     return 30;
+  }
+  if (go_far(&j)) {
+    return 32;
   }
   if (find_index(&j)) {
     return 29;

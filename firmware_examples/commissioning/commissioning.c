@@ -42,6 +42,8 @@
 #define RUSH_SHARE 0.5f
 #define RUSH_AFTER_S 0.5f   /* after that any position loop has followed */
 #define RUSH_MOST_S 1.0f    /* for a fifth of the correction: slower, it lags behind any motion */
+#define FEED_LEAST 0.1f     /* of the error of the loop: less may be that of friction */
+#define FEED_MOST 2.0f      /* 1: the load alone made that error */
 #define SEEN_FRICTIONS 2.0f /* of the motor: less cannot be separated from it in the current */
 #define SEEN_NOISES 4.0f    /* a swing of this multiple of noise_rad is separated from noise */
 
@@ -133,6 +135,7 @@ commissioning_finding commissioning_start(commissioning *run,
   run->found = 0;
   run->stop = 0;
   run->started = 0;
+  run->fed = 0;
   run->sensed = 0;
   run->correction_rad = 0;
   run->command_rad = 0;
@@ -542,6 +545,36 @@ static void judge_shake(commissioning *run) {
   }
   if (finding != COMMISSIONING_RUNNING) {
     end(run, finding);
+  } else if (known(run->commanded_start_Nm)) {
+    run->unfed_rad[0] = run->sum[12];
+    run->unfed_rad[1] = run->sum[13];
+    run->fed = 1;
+    begin(run, SHAKE);
+  } else {
+    run->unchecked |= COMMISSIONING_UNCHECKED_FEED;
+    begin(run, PATH);
+  }
+}
+
+/* A torque that is fed forward moves the motor in its direction: in phase, or up to a quarter of a
+ * period earlier where an integrator takes it over. The right one is about the load that made the
+ * error of the loop. */
+static void judge_feed(commissioning *run) {
+  const float by_rad[2] = {run->sum[12] - run->unfed_rad[0], run->sum[13] - run->unfed_rad[1]};
+  const float *const load_Nm = &run->sum[8];
+  const float in_phase = -(load_Nm[0] * by_rad[0] + load_Nm[1] * by_rad[1]);
+  const float early = -(load_Nm[0] * by_rad[1] - load_Nm[1] * by_rad[0]);
+  const float error_rad =
+      square_root(run->unfed_rad[0] * run->unfed_rad[0] + run->unfed_rad[1] * run->unfed_rad[1]);
+  const float moved_rad = square_root(by_rad[0] * by_rad[0] + by_rad[1] * by_rad[1]);
+  run->found = error_rad > 0 ? moved_rad / error_rad : 0;
+  if (!(moved_rad > SEEN_NOISES * noise_rad(run) && run->found > FEED_LEAST)) {
+    run->unchecked |= COMMISSIONING_UNCHECKED_FEED;
+    begin(run, PATH);
+  } else if (in_phase + early < 0) {
+    end(run, COMMISSIONING_FEED_SIGN);
+  } else if (run->found > FEED_MOST) {
+    end(run, COMMISSIONING_FEED_SCALE);
   } else {
     begin(run, PATH);
   }
@@ -552,6 +585,7 @@ static void shake(commissioning *run, const commissioning_input *now, const lm_c
   float period_s = run->set.parameters->limits.period_s;
   tone t = make_tone(run, run->set.shake_Hz, SHAKE_RAMP_CYCLES, SHAKE_CYCLES);
   way at = sound(&t, period_s, run->tick);
+  const float commanded_Nm = now->commanded_Nm - run->commanded_start_Nm;
   out->command_rad = run->set.shake_rad * at.place;
   out->velocity_rad_s = run->set.shake_rad * at.speed;
   out->acceleration_rad_s2 = run->set.shake_rad * at.change;
@@ -565,11 +599,15 @@ static void shake(commissioning *run, const commissioning_input *now, const lm_c
     listen(run, 2, &t, torque_Nm);
     run->part |= (shadow->status & LM_STATE_RINGING) != 0;
     listen(run, 3, &t, shadow->correction_rad + shadow->lost_motion_rad); /* missed */
-    listen(run, 4, &t, run->has_sensed ? now->commanded_Nm - run->commanded_start_Nm : 0);
+    listen(run, 4, &t, run->has_sensed || run->fed ? commanded_Nm : 0);
     listen(run, 5, &t, run->has_sensed ? now->sensed_Nm - run->sensed_start_Nm : 0);
+    listen(run, 6, &t, now->reported_rad - run->start_rad - run->command_rad);
   }
+  out->feed_Nm = run->fed ? commanded_Nm : 0;
   run->tick += 1;
-  if (run->tick > t.length + ticks_of(run, SETTLE_S)) {
+  if (run->tick > t.length + ticks_of(run, SETTLE_S) && run->fed) {
+    judge_feed(run);
+  } else if (run->tick > t.length + ticks_of(run, SETTLE_S)) {
     judge_shake(run);
   }
 }
@@ -734,7 +772,9 @@ static void guard(commissioning *run, const commissioning_input *now) {
   } else if (size(now->reported_rad - run->start_rad - run->command_rad) >
              run->set.follow_bound_rad) {
     int stuck = size(motor_rad(run, now)) < (1 - STUCK_SHARE) * size(run->command_rad);
-    give_up(run, stuck ? COMMISSIONING_STUCK : COMMISSIONING_FOLLOW);
+    give_up(run, run->fed && run->stage == SHAKE ? COMMISSIONING_FEED_SCALE
+                 : stuck                         ? COMMISSIONING_STUCK
+                                                 : COMMISSIONING_FOLLOW);
   } else if (run->stage != STAND &&
              size(now->conditions.torque_Nm - run->torque_start_Nm) > run->set.torque_bound_Nm) {
     run->found = now->conditions.torque_Nm - run->torque_start_Nm;
@@ -747,7 +787,7 @@ static void guard(commissioning *run, const commissioning_input *now) {
 }
 
 commissioning_output commissioning_step(commissioning *run, const commissioning_input *now) {
-  commissioning_output out = {0, 0, 0, {0, 0, 0, 0, 0}, 0, COMMISSIONING_RUNNING};
+  commissioning_output out = {0, 0, 0, {0, 0, 0, 0, 0}, 0, COMMISSIONING_RUNNING, 0};
   if (!run->started) {
     take_start(run, now);
   }
@@ -846,6 +886,11 @@ const char *commissioning_sentence(commissioning_finding finding) {
       "The drive does not follow the correction at its limits: raise the limits of the drive, or "
       "export lower ones.",
       "The host stopped the run.",
+      "The torque that is fed forward pushes the motor the wrong way: check the sign of the torque "
+      "input of the loop or drive.",
+      "The torque that is fed forward is too large: check unit, ratio and scale of the torque "
+      "input "
+      "of the loop or drive (motor's torque or that of the output).",
   };
   return (unsigned)finding < COMMISSIONING_FINDINGS ? sentence[finding] : "unknown";
 }
@@ -859,6 +904,8 @@ const char *commissioning_unchecked(uint32_t *bits) {
       "Not checked: which encoder the position loop uses. More travel or load would show it.",
       "Not checked: an error of 1 in the ratio.",
       "Not checked: size and sign of the rates that are fed forward.",
+      "Not checked: sign and scale of the torque that is fed forward. It hardly moved the motor: "
+      "shake more or faster, state the inertia.",
   };
   int i;
   for (i = 0; i < COMMISSIONING_UNCHECKED_BITS; ++i) {

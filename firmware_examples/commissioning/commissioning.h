@@ -15,6 +15,8 @@
  *                                                           closes on
  *     shake      sine of shake_rad at shake_Hz              sign, scale and delay of the torque,
  *                                                           headroom
+ *                the same with the torque of the command    sign and scale of the torque feed-forward
+ *                fed forward, if it is stated
  *     path       correction of path_rad and back            sign of the correction, added once,
  *                                                           subtracted from the reported angle;
  *                                                           output_loop: neither
@@ -80,6 +82,8 @@ typedef enum commissioning_finding {
   COMMISSIONING_TORQUE_LOOP = 30,
   COMMISSIONING_DRIVE_LIMIT = 31,
   COMMISSIONING_ABORTED = 32,
+  COMMISSIONING_FEED_SIGN = 33,
+  COMMISSIONING_FEED_SCALE = 34,
   COMMISSIONING_FINDINGS /* number of findings */
 } commissioning_finding;
 
@@ -89,7 +93,8 @@ typedef enum commissioning_finding {
 #define COMMISSIONING_UNCHECKED_LOOP 4u
 #define COMMISSIONING_UNCHECKED_TOOTH 8u
 #define COMMISSIONING_UNCHECKED_RATES 16u
-#define COMMISSIONING_UNCHECKED_BITS 5 /* number of them */
+#define COMMISSIONING_UNCHECKED_FEED 32u
+#define COMMISSIONING_UNCHECKED_BITS 6 /* number of them */
 
 typedef struct commissioning_settings {
   const lm_parameters *parameters;
@@ -129,10 +134,11 @@ typedef struct commissioning_output {
   lm_correction correction;      /* instead of the compensator's: angle, velocity, acceleration */
   int32_t stop;                  /* 1: stop as in an emergency, brake */
   commissioning_finding finding; /* other than COMMISSIONING_RUNNING: the run has ended */
+  float feed_Nm; /* change of the external torque, to be fed forward against: the second shake */
 } commissioning_output;
 
 #define COMMISSIONING_STOPS 4 /* of the travel */
-#define COMMISSIONING_SUMS 12
+#define COMMISSIONING_SUMS 14
 
 /* One run. The fields are for debuggers. */
 typedef struct commissioning {
@@ -149,6 +155,8 @@ typedef struct commissioning {
   int32_t has_sensed;
   int32_t sensed; /* and compared with that of the command */
   int32_t started;
+  int32_t fed;        /* second shake */
+  float unfed_rad[2]; /* error of the loop in the first one */
   float start_rad, input_start_rad, output_start_rad;
   float torque_start_Nm, motor_start_Nm, sensed_start_Nm, commanded_start_Nm;
   float stood_rad; /* correction of the parallel compensator at the initial position */

@@ -63,4 +63,5 @@ void lm_commission_step(lm_commission *c, lm_axis *a, lm_drive *d, const lm_cond
   c->begun = 1;
   c->out = commissioning_step(&c->run, &in);
   (void)lm_axis_guide(a, c->out.command_rad, &c->out.correction);
+  a->guide_Nm = c->out.feed_Nm;
 }

@@ -26,7 +26,7 @@ static float load_Nm(const commissioning_output *wish) {
 
 static commissioning_finding try_axis(mistakes wrong) {
   commissioning_settings set = commissioning_suggest(&joint_parameters, wrong.ratio);
-  commissioning_output out = {POSE_RAD, 0, 0, {0, 0, 0, 0, 0}, 0, COMMISSIONING_RUNNING};
+  commissioning_output out = {POSE_RAD, 0, 0, {0, 0, 0, 0, 0}, 0, COMMISSIONING_RUNNING, 0};
   int tick;
   lm_start_model(&gear, load_Nm(&out));
   lm_settle_model(&joint_parameters, &gear);

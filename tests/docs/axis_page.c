@@ -46,6 +46,7 @@ static lm_memory gear;
 
 static unsigned drawn = 1;
 static int lost, quits, halted, frozen;
+static float fed_times = 1;   /* wrong sign or scale of the torque feed-forward */
 static float follows = 1;     /* -1: the position loop has the wrong sign */
 float payload_kg = 1;         /* times WEIGHT_NM */
 static float sensed_sign = 1; /* of the sensor, the current */
@@ -180,7 +181,7 @@ void position_loop(float at_rad, float feed_rad_s, float torque_Nm) {
   rate_off_rad =
       on && a->state >= LM_AXIS_PAUSED && off_rad > rate_off_rad ? off_rad : rate_off_rad;
   setpoint_rad = at_rad / RATIO;
-  feed_Nm = torque_Nm * RATIO;
+  feed_Nm = fed_times * torque_Nm * RATIO;
 }
 
 static void report(void) {
@@ -208,7 +209,7 @@ void send(int enable, float at_rad, float torque_Nm) {
   ordered = enable;
   release_ordered = on;
   setpoint_rad = at_rad / RATIO;
-  feed_Nm = torque_Nm * RATIO;
+  feed_Nm = fed_times * torque_Nm * RATIO;
 }
 
 static void report(void) {
@@ -234,7 +235,7 @@ static void report(void) {
   ordered = out.controlword == CIA402_ENABLE;
   release_ordered = on;
   setpoint_rad = (float)(out.target_position + out.position_offset) / RAD;
-  feed_Nm = (float)out.torque_offset / 1000 * 0.64f * RATIO;
+  feed_Nm = fed_times * (float)out.torque_offset / 1000 * 0.64f * RATIO;
   status = tripped && !quits                    ? CIA402_FAULT
            : on                                 ? CIA402_OPERATION_ENABLED | CIA402_FOLLOWS
            : out.controlword == CIA402_SHUTDOWN ? CIA402_READY
@@ -468,6 +469,8 @@ static int stop(void) {
 }
 
 static int commission_it(void) {
+  float before_rad;
+  int k;
   int sentences = 0;
   uint32_t bits;
   run = 0;
@@ -486,7 +489,8 @@ static int commission_it(void) {
   }
   (void)seconds(58);
   if (test.out.finding != COMMISSIONING_SOUND || on || test.on || a->state != LM_AXIS_OPEN ||
-      ((test.run.unchecked & COMMISSIONING_UNCHECKED_TORQUE) != 0) != (KIND == 2)) {
+      ((test.run.unchecked & COMMISSIONING_UNCHECKED_TORQUE) != 0) != (KIND == 2) ||
+      (test.run.unchecked & COMMISSIONING_UNCHECKED_FEED)) {
     return 20 + (int)test.out.finding;
   }
   run = 0;
@@ -511,6 +515,20 @@ static int commission_it(void) {
   }
   payload_kg = 1;
   (void)seconds(2);
+  for (k = 0; k < 2; ++k) {
+    fed_times = k ? 100 : -1;
+    (void)commission();
+    run = 1;
+    before_rad = motor_over_ratio_rad;
+    (void)seconds(30);
+    run = 0;
+    fed_times = 1;
+    (void)seconds(2);
+    if (test.out.finding != (k ? COMMISSIONING_FEED_SCALE : COMMISSIONING_FEED_SIGN) ||
+        size(motor_over_ratio_rad - before_rad) > 4 * LM_AXIS_APART_RAD) {
+      return 58 + k;
+    }
+  }
   return 0;
 }
 

@@ -315,7 +315,7 @@ static outcome run(const axis *a, const lm_parameters *good, fault wrong) {
   static commissioning test;
   lm_parameters parameters = *good;
   commissioning_settings set;
-  commissioning_output out = {0, 0, 0, {0, 0, 0, 0, 0}, 0, COMMISSIONING_RUNNING};
+  commissioning_output out = {0, 0, 0, {0, 0, 0, 0, 0}, 0, COMMISSIONING_RUNNING, 0};
   plant joint;
   host h;
   outcome result = {COMMISSIONING_RUNNING, 0, 0, 0, 0, 0, 0};
@@ -422,7 +422,7 @@ static int rings(const axis *noisy, const lm_parameters *parameters) {
   axis quiet = *noisy;
   const axis *a = &quiet;
   lm_compensator compensator;
-  commissioning_output out = {0, 0, 0, {0, 0, 0, 0, 0}, 0, COMMISSIONING_RUNNING};
+  commissioning_output out = {0, 0, 0, {0, 0, 0, 0, 0}, 0, COMMISSIONING_RUNNING, 0};
   plant joint;
   host h;
   double low = 1e9;
