@@ -393,10 +393,14 @@ def test_columns_of_one_name_are_read_once_where_they_are_the_same(tmp_path: Pat
     twice = [[*row, row[1]] for row in rows()]
     (tmp_path / "twice.csv").write_text(table(names, body=twice))
     assert read_campaign([tmp_path / "twice.csv"], ratio=100).rows == 80
-    twice[7][-1] = "0.75"
-    (tmp_path / "apart.csv").write_text(table(names, body=twice))
-    with pytest.raises(InputError, match="the column twice"):
-        read_campaign([tmp_path / "apart.csv"], ratio=100)
+    for row in (7, 60):  # of the first cells, or of all
+        apart = [list(cells) for cells in twice]
+        apart[row][-1] = "0.75"
+        (tmp_path / "apart.csv").write_text(table(names, body=apart))
+        with pytest.raises(
+            InputError, match="two clocks with different times, expected one clock; or a file"
+        ):
+            read_campaign([tmp_path / "apart.csv"], ratio=100)
 
 
 def test_milliseconds_beside_a_stamp_belong_to_it(tmp_path: Path) -> None:

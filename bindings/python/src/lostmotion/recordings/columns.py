@@ -320,6 +320,8 @@ def choose_columns(
                 continue
             whole = joined_clock(before, name) if mapped and first != column else None
             if whole is None:
+                if first == column and name.quantity.name == "time":
+                    raise second_clock(file, column)
                 found = f"{name.quantity.name} a second time (first '{first}')"
                 if first == column:
                     found = "the column twice"
@@ -340,6 +342,12 @@ def choose_columns(
         elif index != chosen[quantity][1].index:
             ignored.append(header.names[index])
     return chosen, [column for column in ignored if column], doubts
+
+
+def second_clock(file: str, column: str) -> InputError:
+    """Refuse two clocks of one name that differ, as a controller writes them for its channels."""
+    expected = "one clock; or a file for each clock with its channels, given together with --join"
+    return InputError(file, column, "two clocks with different times", f"{expected} linear")
 
 
 def unit_of_cells(cells: Sequence[str]) -> str:

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from lostmotion import units
 from lostmotion.errors import InputError, shorten
 from lostmotion.recordings import clocks
-from lostmotion.recordings.columns import ColumnName, normal, split_label
+from lostmotion.recordings.columns import ColumnName, normal, second_clock, split_label
 from lostmotion.recordings.findings import Finding
 from lostmotion.recordings.from_arrow import floats_of, integers_of, mask_of
 from lostmotion.recordings.numerals import (
@@ -80,11 +80,11 @@ def indices_of(chosen: Chosen) -> set[int]:
 
 
 def refuse_different(file: str, rows: Rows, chosen: Chosen) -> None:
-    """Refuse columns of one name that are not the same."""
+    """Refuse clocks of one name that are not the same."""
     for label, name in chosen.values():
         first = rows.columns[name.index]
         if not all(rows.columns[place].equals(first) for place in name.again):
-            raise InputError(file, label, "the column twice", "each column once")
+            raise second_clock(file, label)
 
 
 def is_text(column: Any) -> bool:
