@@ -19,7 +19,9 @@ from lostmotion.compare import compare
 from lostmotion.discover import diagnose, fit_model
 from lostmotion.drives import format_toml, read_drive
 from lostmotion.errors import InputError
-from lostmotion.recordings import Campaign, read_campaign
+from lostmotion.recordings import Campaign, Run, read_campaign
+from lostmotion.recordings.gate import RATIO_TOLERANCE
+from lostmotion.recordings.ratio import measured_ratio
 from lostmotion.workbench.bench import Bench
 
 EVERY = 10
@@ -299,3 +301,20 @@ def test_a_ratio_that_no_drive_file_takes_is_refused_as_an_option(
     assert main(["characterize", file, "--ratio", "-1", "-o", output]) == 2
     line = capsys.readouterr().err
     assert line == "lostmotion: --ratio: found '-1', expected more than 1 or less than -1\n"
+
+
+def test_a_drive_that_stands_most_of_the_time_turns_in_its_ratio() -> None:
+    """Its moves are the long steps of both encoders, the output's a sample late; no wraps."""
+    rng = np.random.default_rng(2)
+    move = np.clip(np.linspace(-9.0, 10.0, 1900), 0.0, 1.0)  # at rest, 100 samples, at rest
+    turned = 9.7 * (move - np.sin(2 * np.pi * move) / (2 * np.pi))
+    late = np.concatenate([turned[:3] * 0, turned[:-3]])
+    columns = {
+        "time": 0.02 * np.arange(turned.size),
+        "torque": rng.normal(size=turned.size),
+        "input_angle": -6 * turned + 2e-3 * rng.normal(size=turned.size),
+        "output_angle": late + 3e-4 * rng.normal(size=turned.size),
+    }
+    turns = measured_ratio(Run(1, "dwell.csv", columns))
+    assert turns is not None
+    assert turns.slope == pytest.approx(-6, rel=RATIO_TOLERANCE)

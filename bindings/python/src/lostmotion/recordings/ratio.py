@@ -5,9 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from lostmotion.recordings.campaign import Campaign, Run
 from lostmotion.recordings.soundness import STUCK_TURN_RAD
+
+FloatArray = npt.NDArray[np.float64]
 
 TURNING_SHARE = 0.98
 """Share of the input's motion that the output must explain for its ratio to be known."""
@@ -37,7 +40,9 @@ def measured_ratio(run: Run) -> Turns | None:
 
     By regression of the output, which contains the lost motion, over the input.
 
-    Wraps that were not restored because of a wrong ratio are excluded steps.
+    Wraps that were not restored because of a wrong ratio are excluded steps. Where a drive stands
+    most of the time its moves are also long steps: they are excluded only if the rest of the
+    motion agrees better without them.
     """
     if not {"input_angle", "output_angle"} <= run.columns.keys() or len(run) < STEPS_LEAST:
         return None
@@ -45,12 +50,21 @@ def measured_ratio(run: Run) -> Turns | None:
     calm = np.ones(step_in.size, dtype=bool)
     for step in (step_in, step_out):
         calm &= np.abs(step) <= JUMP * float(np.quantile(np.abs(step), 0.9))
-    x, y = np.cumsum(step_out[calm]), np.cumsum(step_in[calm])
+    share, turns = max(
+        (turning_together(step_in[kept], step_out[kept]) for kept in (calm, slice(None))),
+        key=lambda found: found[0],
+    )
+    return turns if share >= TURNING_SHARE else None
+
+
+def turning_together(step_in: FloatArray, step_out: FloatArray) -> tuple[float, Turns]:
+    """Share of the input's motion that the output explains, and the rotations."""
+    x, y = np.cumsum(step_out), np.cumsum(step_in)
     x, y = x - x.mean(), y - y.mean()
     both, across, up = float(x @ y), float(x @ x), float(y @ y)
-    if both == 0 or both**2 < TURNING_SHARE * across * up:
-        return None
-    return Turns(up / both, float(np.ptp(y)), float(np.ptp(x)))
+    if both == 0:
+        return 0.0, Turns(0.0, 0.0, 0.0)
+    return both**2 / (across * up), Turns(up / both, float(np.ptp(y)), float(np.ptp(x)))
 
 
 def estimate_ratio(campaign: Campaign) -> float | None:
