@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import dataclasses
 import os
 import subprocess
@@ -25,7 +24,6 @@ from lostmotion.discover.shortlist import strongest
 from lostmotion.discover.terms import term_size
 from lostmotion.effects.conditions import Conditions
 from lostmotion.fit.baseline import BaselineModel
-from lostmotion.fit.form_error import FormError
 from lostmotion.fit.terms import Term
 from lostmotion.threads import begin, in_parallel
 
@@ -253,27 +251,6 @@ def test_an_effect_that_explains_nothing_more_is_dropped(warm_gap):
     assert [term.effect.name for term in kept.base.terms] == ["thermal_gap"]
     given = without_idle(both, 1, counts)
     assert [term.effect.name for term in given.base.terms] == ["torque_offset", "thermal_gap"]
-
-
-def test_an_effect_without_form_error_is_refitted_if_it_is_a_rival_of_the_form_error(warm_gap):
-    model, first = model_before(warm_gap), warm_gap.selection.steps[0].round
-    gap_of_form = dataclasses.replace(first.candidates["thermal_gap"], of_form=True)
-    current = dataclasses.replace(first, candidates=first.candidates | {"thermal_gap": gap_of_form})
-    base, rows = model.now.base.copy(), model.now.base.conditions.rows
-    formless = settle(base, model.noise).density
-    base.form_error = FormError(np.zeros((rows, 1)), 1.0, 1.0)
-
-    def leads(gain: float) -> list[Lead]:
-        """Of a round in which the form error has a gain."""
-        contest = copy.copy(model.now.contest)
-        contest.null_density = formless + gain / formless.size
-        model.settled = [Settled(base, contest, model.noise)]
-        return model.more_starts(current, [])
-
-    (lead,) = leads(0.0)
-    assert lead.name == "thermal_gap"
-    assert [one.name for one in leads(1.9 * lead.result.gain)] == ["thermal_gap"]
-    assert leads(2.1 * lead.result.gain) == []
 
 
 def test_what_the_runs_took_up_of_an_effect_counts_as_its_size():

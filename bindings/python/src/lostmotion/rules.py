@@ -61,8 +61,7 @@ of a wrong one, and tests/python/test_merged_evidence.py has two right effects i
 
 RIVAL_SHARE = 0.5
 """Two effects can be confounded only if the weaker one gains this share of the stronger one. A
-candidate with less is not refitted, nor is an effect with less than this share of what the form
-error gains, which it would replace. A refit that keeps less of the gain in the contest is not the
+candidate with less is not refitted. A refit that keeps less of the gain in the contest is not the
 same optimum, and is repeated from another start.
 
 Chosen: half.

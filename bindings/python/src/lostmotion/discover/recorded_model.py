@@ -340,7 +340,7 @@ class RecordedModel(GrowingModel):
         """Add effects that are confounded with the form error, judged without a form error.
 
         Together with a form error such effects explain almost nothing. One of them is found if no
-        form error that counts remains with it: it must be a rival of the form error.
+        form error that counts remains with it.
         """
         if self.now.base.form_error is None:
             return leads
@@ -355,12 +355,10 @@ class RecordedModel(GrowingModel):
         }
         alone, closed = named_candidates(effects, formless.base, formless.base.at(), self.ratio)
         self.formless = make_round(formless, alone, closed)
-        least = rules.RIVAL_SHARE * float(np.sum(self.now.density - formless.density))
         found = [
             result
             for result in judge_all(self.formless)
-            if result.gain >= least
-            and accepted(result, corrected_for(current, self.formless.candidates[result.name]))
+            if accepted(result, corrected_for(current, self.formless.candidates[result.name]))
         ]
         # All of them imitate each other: a tangent does not tell which one leaves no form error.
         strong = found[: rules.REFITS_MOST]
