@@ -83,11 +83,18 @@ def choose_among(
     """Choose among the candidates that were tried in the model, and find the rivals."""
     apart = [result for result in results if not current.candidates[result.name].of_form]
     contenders = as_kept(tried)
-    selected, confirmed = best_confirmed(model, current, [c for c in contenders if c.passes])
-    if selected is not None and selected.name not in {c.name for c in contenders}:
-        contenders.append(selected)
-    rejected = rejected | {c.name for c in contenders if c.passes} - {c.name for c in confirmed}
+    confirmed = [c for c in contenders if c.passes]
+    confirmed, idle = of_use(model, confirmed)
+    rejected = rejected | {c.name for c in idle}
     effects = [c for c in confirmed if c.candidate.named]
+    shape = simplest([c for c in confirmed if not c.candidate.named])
+    if shape is not None:
+        sharper = model.sharpened(current, shape)
+        if sharper is not None:
+            sharper.size = shape.size
+            contenders.append(sharper)
+            shape = max(shape, sharper, key=lambda c: c.gain)
+    selected = best_of(current, effects, shape)
     step = Step(current, results, selected, contenders, least_arcsec=least)
     if selected is not None and selected.candidate.named:
         names, forms = {c.name for c in confirmed}, replace_form(current, effects)
@@ -231,43 +238,28 @@ def as_kept(contenders: Sequence[Contender]) -> list[Contender]:
     return kept
 
 
-def best_confirmed(
-    model: GrowingModel, current: ContestRound, passed: list[Contender]
-) -> tuple[Contender | None, list[Contender]]:
-    """Find the best candidate that improves the prediction of the present model.
+def of_use(
+    model: GrowingModel, confirmed: list[Contender]
+) -> tuple[list[Contender], list[Contender]]:
+    """Remove effects that do not improve the prediction of the present model.
 
-    What is missing must be confirmed by the models of the answer (`GrowingModel.confirms`): the
-    best candidate is tested, then the next one, until one improves the prediction.
+    What is missing must be confirmed by the models of the answer (`GrowingModel.confirms`). The
+    strongest effect is tested first, then the next one, until one improves the prediction. Shapes
+    are tested only after an effect has failed, because they may be the same residual without a
+    name.
 
     Returns
     -------
-    selected : Contender or None
-    left : list of Contender
-        The candidates without those that failed.
+    confirmed, idle : list of Contender
     """
-    left, sharpened = list(passed), set[str]()
-    while left:
-        effects = [c for c in left if c.candidate.named]
-        shape = simplest([c for c in left if not c.candidate.named])
-        if shape is not None and shape.name not in sharpened:
-            left = [c for c in left if c is not shape]
-            shape = sharpest(model, current, shape)
-            left.append(shape)
-            sharpened.add(shape.name)
-        best = best_of(current, effects, shape)
-        if best is None or model.confirms(best):
-            return best, left
-        left = [c for c in left if c is not best]
-    return None, left
-
-
-def sharpest(model: GrowingModel, current: ContestRound, shape: Contender) -> Contender:
-    """A shape, or the same one with a refined frequency where that gains more."""
-    sharper = model.sharpened(current, shape)
-    if sharper is None:
-        return shape
-    sharper.size = shape.size
-    return max(shape, sharper, key=lambda c: c.gain)
+    left, idle = list(confirmed), list[Contender]()
+    for named in (True, False):
+        while best := simplest([c for c in left if c.candidate.named is named]):
+            if (not named and not idle) or model.confirms(best):
+                break
+            left.remove(best)
+            idle.append(best)
+    return left, idle
 
 
 def simplest(contenders: list[Contender]) -> Contender | None:
