@@ -14,10 +14,9 @@ typedef struct lm_commission {
 } lm_commission;
 
 /* With run 0 and the axis open: a run begins with the next closing. Without run 1 within
- * LM_DRIVE_ENABLING_S the request has expired. Torque is fed forward only in
- * its second shake. Returns the
- * finding for rejected settings or parameters, or COMMISSIONING_ABORTED in another state of the
- * axis: then nothing begins. */
+ * LM_DRIVE_ENABLING_S the request has expired. Torque is fed forward only in its second shake.
+ * Returns the finding for rejected settings or parameters, or COMMISSIONING_ABORTED in another
+ * state of the axis: then nothing begins. */
 commissioning_finding lm_commission_start(lm_commission *c, lm_axis *a, const lm_drive *d,
                                           const commissioning_settings *settings);
 
