@@ -141,20 +141,16 @@ def sweep(drive: Drive, key: str, values: Sequence[float]) -> SideBySide:
     return SideBySide(schema="lostmotion.table/1", swept=key, rows=rows)
 
 
-LOBES = 2
-"""Lobes of the wave, and difference of the numbers of teeth of both gears."""
-
-
 def _following(drive: Drive, key: str, value: float) -> dict[str, float]:
     """Values that follow from the teeth of one gear: those of the other, and the ratio."""
     other = {"flexspline_teeth": "rigid_teeth", "rigid_teeth": "flexspline_teeth"}
     table, _, name = key.rpartition(".")
     before = stated(drive, key) if table == "teeth" and name in other else None
     mate = stated(drive, f"teeth.{other[name]}") if before is not None else None
-    if before is None or mate is None:
+    if before is None or mate is None or mate == before:
         return {}
-    more = value - before
-    ratio = drive.ratio + math.copysign(1.0, drive.ratio) * more / LOBES
+    more, lobes = value - before, abs(mate - before)
+    ratio = drive.ratio + math.copysign(1.0, drive.ratio) * more / lobes
     return {f"teeth.{other[name]}": mate + more, "drive.ratio": ratio}
 
 
