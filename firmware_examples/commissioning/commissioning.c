@@ -888,9 +888,8 @@ const char *commissioning_sentence(commissioning_finding finding) {
       "The host stopped the run.",
       "The torque that is fed forward pushes the motor the wrong way: check the sign of the torque "
       "input of the loop or drive.",
-      "The torque that is fed forward is too large: check unit, ratio and scale of the torque "
-      "input "
-      "of the loop or drive (motor's torque or that of the output).",
+      "The torque that is fed forward is too large: check unit, ratio and scale of this input of "
+      "the loop or drive (torque of the motor or of the output).",
   };
   return (unsigned)finding < COMMISSIONING_FINDINGS ? sentence[finding] : "unknown";
 }

@@ -121,7 +121,7 @@ Conventional: Rosner assumes that outliers are few. With a fifth, the test keeps
 40 % from 5 runs on (tests/python/test_nulls_outlier_runs.py); with half it does not.
 """
 
-# Recordings: sudden changes, and equal rates.
+# Recordings: sudden changes, outliers, and noise that is a drift.
 
 SUDDEN_LEAST = 10.0
 """Least score of a step, in standard deviations: Gaussian noise alone reaches 5 in 1e5 samples, and
