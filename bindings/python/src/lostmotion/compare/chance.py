@@ -77,7 +77,10 @@ def random_signs(blocks: int, generator: np.random.Generator) -> Iterator[FloatA
         else:
             patterns = generator.integers(0, 2, (rows.size, blocks))
             patterns[rows == 0] = 0
-        yield np.asarray(1.0 - 2.0 * patterns)
+        signs = patterns.astype(np.float64)
+        signs *= -2.0
+        signs += 1.0
+        yield signs
 
 
 def chance_of(statistics: FloatArray) -> float:
