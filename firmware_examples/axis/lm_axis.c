@@ -41,6 +41,11 @@ static void forget_standstill(lm_axis *a) {
   a->stood_s = 0;
 }
 
+void lm_axis_forget(lm_axis *a) {
+  a->unseen = 1;
+  lm_declare_memory_unknown(&a->compensator);
+}
+
 static void take_parameters(lm_axis *a, const lm_parameters *parameters) {
   a->follow.period_s = parameters->limits.period_s;
   a->follow.stand_s = LM_AXIS_STAND / parameters->limits.response_per_s;
@@ -78,6 +83,8 @@ lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_axis_
   if (status != LM_OK) {
     return status;
   }
+  take_parameters(a, parameters);
+  a->unseen = 1;
   if (kept) {
     /* A history that was never saved, or belongs to other parameters, is refused: the memory
      * remains unknown. */
@@ -85,6 +92,7 @@ lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_axis_
         is_known(kept->beyond_Nm) && is_known(kept->gravity_Nm)) {
       a->beyond_Nm = kept->beyond_Nm;
       a->gravity_Nm = is_known(at->torque_Nm) ? at->torque_Nm : kept->gravity_Nm;
+      a->unseen = kept->unseen || size(a->gravity_Nm - kept->gravity_Nm) > a->step_Nm;
     }
     kept->history.format = 0;
   }
@@ -97,7 +105,9 @@ lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_axis_
   a->sensed_Nm = LM_UNKNOWN;
   a->guided_rad = LM_UNKNOWN;
   a->correction = lm_settle_compensator(&a->compensator, &first);
-  take_parameters(a, parameters);
+  if (a->unseen) {
+    lm_axis_forget(a);
+  }
   a->follow.step_rad_s = LM_FOLLOW_STEP_RAD_S;
   a->state = LM_AXIS_OPEN;
   a->waits = LM_AXIS_WAITS_STAND;
@@ -129,6 +139,9 @@ static void absorb_jump(lm_axis *a) {
   const float jump_Nm = a->torque_Nm - a->command_Nm - a->beyond_Nm - a->off_Nm;
   if (a->source == LM_AXIS_COMMAND) {
     a->off_Nm += jump_Nm;
+    if (size(jump_Nm) > a->step_Nm) {
+      lm_axis_forget(a);
+    }
   } else {
     a->beyond_Nm += jump_Nm;
     a->believed_Nm = a->beyond_Nm;
@@ -172,6 +185,7 @@ static void measure(lm_axis *a, lm_axis_source source, float sensed_Nm) {
   a->lost_s = there ? 0 : a->lost_s + a->follow.period_s;
   if (a->lost_s >= a->follow.stand_s) {
     change_source(a, LM_AXIS_COMMAND);
+    lm_axis_forget(a);
   } else if (there) {
     change_source(a, source);
   }
@@ -205,6 +219,9 @@ static float use(lm_axis *a, float beyond_Nm) {
 
 float lm_axis_gravity(lm_axis *a, float gravity_Nm, int homed) {
   if (!homed) {
+    if (a->source == LM_AXIS_COMMAND) {
+      lm_axis_forget(a);
+    }
     return a->gravity_Nm;
   }
   if (!is_known(gravity_Nm)) {
@@ -214,6 +231,7 @@ float lm_axis_gravity(lm_axis *a, float gravity_Nm, int homed) {
     if (a->source == LM_AXIS_COMMAND) { /* no measurement has it */
       a->off_Nm += a->beyond_Nm;
       a->beyond_Nm = 0;
+      lm_axis_forget(a);
     }
     a->command_jumps = 1;
     forget_standstill(a);
@@ -224,6 +242,7 @@ float lm_axis_gravity(lm_axis *a, float gravity_Nm, int homed) {
 
 float lm_axis_use_command(lm_axis *a, float commanded_Nm) {
   if (!is_known(commanded_Nm)) {
+    lm_axis_forget(a);
     return commanded_Nm;
   }
   take_command(a, commanded_Nm);
@@ -235,6 +254,7 @@ float lm_axis_use_command(lm_axis *a, float commanded_Nm) {
 
 float lm_axis_use_sensor(lm_axis *a, float commanded_Nm, float sensed_Nm) {
   if (!is_known(commanded_Nm)) {
+    lm_axis_forget(a);
     return commanded_Nm;
   }
   take_command(a, commanded_Nm);
@@ -250,6 +270,7 @@ float lm_axis_use_current(lm_axis *a, const lm_motor *motor, float commanded_Nm,
   const int bears = follows && a->state >= LM_AXIS_PAUSED;
   const lm_axis_source before = a->source;
   if (!is_known(commanded_Nm)) {
+    lm_axis_forget(a);
     return commanded_Nm;
   }
   take_command(a, commanded_Nm);
@@ -351,10 +372,14 @@ static void judge_ringing(lm_axis *a) {
 static lm_axis_wait judge_standstill(lm_axis *a, float motor_over_ratio_rad) {
   const int missing = a->input_missing || (a->correction.status & NOT_TO_CLOSE);
   const float apart_rad = size(motor_over_ratio_rad - a->setpoint_rad);
+  const float moved_rad = size(motor_over_ratio_rad - a->stood_at_rad);
   const int moves = a->state == LM_AXIS_OPEN
                         ? !is_angle(motor_over_ratio_rad) || !(apart_rad < LM_AXIS_STILL_RAD) ||
-                              !(size(motor_over_ratio_rad - a->stood_at_rad) < LM_AXIS_STILL_RAD)
+                              !(moved_rad < LM_AXIS_STILL_RAD)
                         : !(apart_rad < LM_AXIS_APART_RAD);
+  if (a->state == LM_AXIS_OPEN && moved_rad >= LM_AXIS_STILL_RAD) {
+    lm_axis_forget(a); /* what moves it may be no torque of the command */
+  }
   a->stood_s = lm_find_standstill(&a->compensator, &a->standstill);
   a->input_missing = 0;
   if (moves || missing) {
@@ -422,6 +447,7 @@ static void keep_conditions(lm_axis *a, lm_conditions *now) {
 
 float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_rad, float wish_rad,
                    int follows) {
+  const int rests = a->follow.rested_s >= LM_FOLLOW_REST_S;
   lm_conditions now = *at;
   int begins;
   if (a->state == LM_AXIS_OFF) {
@@ -436,6 +462,9 @@ float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_r
       lm_follow_temperature(&a->follow, at->temperature_C, a->state == LM_AXIS_CLOSED);
   keep_conditions(a, &now);
   a->correction = lm_step_compensator(&a->compensator, &now);
+  if (a->unseen) {
+    lm_axis_forget(a);
+  }
   a->correction.status |= a->clipped ? LM_STATE_TORQUE_CLIPPED : 0;
   a->clipped = 0;
   a->lost_ticks = is_there(motor_over_ratio_rad) ? 0 : a->lost_ticks + 1;
@@ -444,6 +473,9 @@ float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_r
                                       follow_planner(a, now.elapsed_s, wish_rad))) {
     a->state = LM_AXIS_PAUSED;
     forget_standstill(a);
+    if (!rests) {
+      lm_axis_forget(a);
+    }
   }
   a->holds = a->holds || (a->state == LM_AXIS_PAUSED &&
                           (float)a->lost_ticks * a->follow.period_s > a->follow.stand_s);
@@ -451,6 +483,7 @@ float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_r
   judge_ringing(a);
   if (a->state == LM_AXIS_CLOSED) {
     a->waits = LM_AXIS_READY;
+    a->unseen = a->unseen && (a->source_lost || size(a->off_Nm) > 0);
     find_stillness(a, motor_over_ratio_rad);
     a->moved_rad = a->follow.moved_rad;
     a->setpoint_rad = a->command_rad - a->zero_rad + added_rad(a);
@@ -544,6 +577,9 @@ lm_axis_wait lm_axis_pause(lm_axis *a) {
 }
 
 void lm_axis_open(lm_axis *a) {
+  if (a->state == LM_AXIS_CLOSED && a->follow.rested_s < LM_FOLLOW_REST_S) {
+    lm_axis_forget(a);
+  }
   if (a->state >= LM_AXIS_PAUSED) {
     a->state = LM_AXIS_OPEN;
     a->waits = LM_AXIS_WAITS_STAND;
@@ -629,6 +665,7 @@ lm_axis_wait lm_axis_power_down(lm_axis *a, lm_axis_kept *kept) {
   lm_save_compensator(&a->compensator, &kept->history);
   kept->beyond_Nm = a->beyond_Nm;
   kept->gravity_Nm = a->gravity_Nm;
+  kept->unseen = a->unseen;
   a->state = LM_AXIS_OFF;
   return LM_AXIS_READY;
 }

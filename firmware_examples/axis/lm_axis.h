@@ -95,6 +95,8 @@ typedef struct lm_axis {
   float still_at_rad; /* of the motor, from the setpoint */
   int rang;           /* LM_STATE_RINGING was set while the loop was closed */
   int begun;          /* first tick */
+  int unseen;         /* a load acted that torque_Nm did not contain: until LM_AXIS_CLOSED the
+                         history is unknown */
   int lost_ticks;     /* without an angle of the motor */
   int input_missing;
   lm_conditions last;  /* used */
@@ -142,6 +144,7 @@ typedef struct lm_axis_kept {
   lm_saved history;
   float beyond_Nm;
   float gravity_Nm;
+  int unseen;
 } lm_axis_kept;
 
 /* Power-up, the loop open, the brake on. at: the conditions, with the torque of the command:
@@ -260,6 +263,12 @@ void lm_axis_turn(lm_axis *a, float by_rad);
 
 /* Actual output angle. */
 float lm_axis_reported(const lm_axis *a, float motor_over_ratio_rad);
+
+/* A load acts, or has acted, that the torque does not contain, such as a collision: from here to
+ * LM_AXIS_CLOSED the history is unknown (lm_declare_memory_unknown), and nothing moves. The axis
+ * calls it itself after a stop in motion that was not commanded, when a braked motor moves, while a
+ * measured torque is lost, and for a torque that becomes known only now. */
+void lm_axis_forget(lm_axis *a);
 
 /* Called by lm_drive.c, which knows when. From LM_AXIS_OPEN to LM_AXIS_PAUSED: after a standstill
  * of motor and correction, in the cycle that enables the drive or with the brake on; otherwise the

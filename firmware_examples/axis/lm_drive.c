@@ -6,17 +6,23 @@
  * hold the motor. */
 static int take_report(lm_drive *d, lm_axis *a, const lm_drive_report *report) {
   const int parts = a->parted && d->operated && d->release;
+  const int operated = d->operated;
+  int tripped;
   int left;
   d->last = report->lost ? d->last : *report;
   d->last.fault = d->last.fault || (!d->own_brake && a->lost_ticks > LM_FOLLOW_LOST_TICKS);
-  left = d->operated && !d->last.enabled;
+  left = operated && !d->last.enabled;
   d->operated = d->last.enabled && !d->last.fault;
   d->ending = d->ending && d->operated;
   d->parted = d->parted || parts;
+  tripped = d->last.fault || parts || (left && d->enable);
+  if (tripped && operated) {
+    lm_axis_forget(a);
+  }
   if (d->last.fault || left || parts || (d->operated ? d->last.other_mode : d->last.preparing)) {
     lm_axis_open(a);
   }
-  return d->last.fault || parts || (left && d->enable);
+  return tripped;
 }
 
 /* 1: the axis shall be closed. */

@@ -851,6 +851,14 @@ static void turn_load(joint *j, float from_Nm, float to_Nm) {
   }
 }
 
+/* After it the history is known. */
+static void cycle_load(joint *j) {
+  turn_load(j, LOAD_NM, 50);
+  turn_load(j, 50, -50);
+  turn_load(j, -50, LOAD_NM);
+  run(j, 400, LOAD_NM, 0);
+}
+
 int axis_story(float *most_rad) {
   static joint j;
   static lm_axis_kept kept;     /* in memory that survives power-down */
@@ -896,10 +904,7 @@ int axis_story(float *most_rad) {
   }
   /* Run: half a radian, with a load cycle. */
   run(&j, 900, LOAD_NM, FAST_RAD);
-  turn_load(&j, LOAD_NM, 50);
-  turn_load(&j, 50, -50);
-  turn_load(&j, -50, LOAD_NM);
-  run(&j, 400, LOAD_NM, 0);
+  cycle_load(&j);
   if (size(output(&j) - zero_rad - j.wish_rad) > ARRIVED_RAD) {
     return 4;
   }
@@ -931,7 +936,12 @@ int axis_story(float *most_rad) {
   if (moved_rad > STILL_RAD || (j.drive.correction.status & LM_STATE_RINGING)) {
     return 6;
   }
-  /* Home again: the history is known now, and nothing moves. */
+  /* Home again: the stop was not commanded, and what acted in it was in no torque. After a load
+   * cycle the history is known, and nothing moves. */
+  if (lm_axis_reference(&j.drive, j.motor_rad, j.drive.command_rad) < STILL_RAD) {
+    return 33;
+  }
+  cycle_load(&j);
   zero_rad = output(&j);
   error_rad = lm_axis_reference(&j.drive, j.motor_rad, 1.0f);
   j.wish_rad = j.drive.command_rad;
@@ -1017,6 +1027,10 @@ int axis_story(float *most_rad) {
   }
   if (change_payload(&j)) {
     return 23;
+  }
+  cycle_load(&j);
+  if (lm_bound_uncertainty(&j.drive.compensator) > 0) {
+    return 34;
   }
   /* Brake, power-down with the history and a payload that a sensor measured, power-up without the
    * sensor: nothing moves, and the history is used up. */

@@ -585,10 +585,16 @@ void lm_declare_memory_known(lm_compensator *compensator) {
   }
 }
 
-/* The possible range of operator i. At the start it was anywhere in its band. A rising load
- * lifted it at least to the lower edge at the load's highest, a falling one lowered it at most to
- * the upper edge at its lowest, in whatever order: the rest is [low, high] or, once it is
- * known, nothing. The edges rise with the load, so the band at the start itself adds nothing. */
+void lm_declare_memory_unknown(lm_compensator *compensator) {
+  if (is_started(compensator)) {
+    forget(compensator);
+  }
+}
+
+/* The possible range of operator i. When its history was unknown it was anywhere in its band. A
+ * rising load lifted it at least to the lower edge at the load's highest, a falling one lowered it
+ * at most to the upper edge at its lowest, in whatever order: the rest is [low, high] or, once it
+ * is known, nothing. The edges rise with the load, so the first band itself adds nothing. */
 static int is_unknown(const lm_compensator *compensator, int32_t i, lm_real *low_Nm,
                       lm_real *high_Nm) {
   const lm_play_bank *bank = &compensator->parameters->plays;

@@ -411,6 +411,46 @@ static void a_known_start_has_no_uncertainty(void) {
   TEST_ASSERT_EQUAL(0, step(1).status & LM_STATE_MEMORY_UNKNOWN);
 }
 
+/* The truth bears a load that no step contains, and returns from it: the bound contains that, and
+ * nothing moves. */
+static void a_history_may_become_unknown_again(void) {
+  int trial;
+  for (trial = 0; trial < 100; ++trial) {
+    lm_memory truth;
+    lm_correction before;
+    lm_real load_Nm = draw(-40, 40);
+    int i;
+    restart();
+    lm_start_model(&truth, 0);
+    for (i = 0; i < 3; ++i) {
+      at.torque_Nm = i == 0 ? 80 : i == 1 ? -80 : load_Nm;
+      lm_step_model(&parameters, &truth, &at);
+      before = rest(at.torque_Nm, 2000);
+    }
+    TEST_ASSERT_TRUE(lm_bound_uncertainty(&joint) == 0);
+    at.torque_Nm = draw(-80, 80);
+    lm_step_model(&parameters, &truth, &at);
+    lm_declare_memory_unknown(&joint);
+    for (i = 0; i < 25; ++i) {
+      lm_correction now;
+      lm_real real;
+      at.torque_Nm = load_Nm + LM_REAL(i) * draw(-1, 1);
+      real = lm_step_model(&parameters, &truth, &at);
+      now = lm_step_compensator(&joint, &at);
+      TEST_ASSERT_TRUE(distance(now.lost_motion_rad, real) <=
+                       lm_bound_uncertainty(&joint) + 32 * ROUNDING * LM_REAL(4e-3));
+      if (i == 0) {
+        TEST_ASSERT_TRUE(now.status & LM_STATE_MEMORY_UNKNOWN);
+        TEST_ASSERT_TRUE(now.lost_motion_rad == before.lost_motion_rad);
+        TEST_ASSERT_TRUE(distance(now.correction_rad, before.correction_rad) < LM_REAL(1e-8));
+      }
+    }
+    step(80);
+    step(-80);
+    TEST_ASSERT_TRUE(lm_bound_uncertainty(&joint) == 0);
+  }
+}
+
 static void a_change_of_parameters_makes_no_step(void) {
   lm_parameters other = size20();
   lm_correction before = rest(20, 2000);
@@ -827,6 +867,7 @@ static void an_instance_that_was_not_started_corrects_nothing(void) {
     lm_saved saved;
     lm_set_headroom(every[i], NULL);
     lm_set_mode(every[i], LM_MODE_HOLD);
+    lm_declare_memory_unknown(every[i]);
     lm_declare_memory_known(every[i]);
     lm_declare_shared_zero(every[i]);
     lm_declare_torque_error(every[i], 1);
@@ -1304,6 +1345,7 @@ int main(void) {
   RUN_TEST(nothing_that_the_host_does_loses_the_history);
   RUN_TEST(the_uncertainty_bounds_the_truth_and_shrinks_to_nothing);
   RUN_TEST(a_known_start_has_no_uncertainty);
+  RUN_TEST(a_history_may_become_unknown_again);
   RUN_TEST(a_change_of_parameters_makes_no_step);
   RUN_TEST(a_change_of_bands_makes_the_memory_unknown);
   RUN_TEST(any_other_band_counts);

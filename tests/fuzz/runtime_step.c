@@ -151,6 +151,10 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
         room.correction_rad = next_number(&from, 50);
         lm_declare_torque_error(&one, room.correction_rad);
         lm_declare_torque_error(&two, room.correction_rad);
+        if (room.correction_rad < 0) {
+          lm_declare_memory_unknown(&one);
+          lm_declare_memory_unknown(&two);
+        }
         require(one.unsure_rad >= 0);
         break;
       default:

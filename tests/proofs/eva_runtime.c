@@ -123,6 +123,7 @@ void prove_step(void) {
     (void)lm_step_compensator(&compensator, &at);
     lm_watch_output(&compensator, any(), any());
     (void)lm_bound_uncertainty(&compensator);
+    lm_declare_memory_unknown(&compensator);
     (void)lm_find_standstill(&compensator, &standstill);
     lm_set_mode(&compensator, (lm_mode)Frama_C_interval(0, 2));
     room.correction_rad = any();

@@ -133,7 +133,7 @@ typedef struct lm_compensator {
   /* thresholds of the step */
   lm_real usual_Nm;      /* torque within the fitted range and the limit */
   lm_real settled_rad_s; /* below this speed the correction is at rest */
-  /* load range since a start with unknown memory */
+  /* load range since the history was unknown */
   lm_real lowest_Nm;
   lm_real highest_Nm;
   /* watch */
@@ -223,11 +223,17 @@ void lm_set_mode(lm_compensator *compensator, lm_mode mode);
  * just run a full load cycle. */
 void lm_declare_memory_known(lm_compensator *compensator);
 
+/* Declares the history up to the last step unknown, as a start does; nothing moves. For a load that
+ * the torque did not contain (a stop that was not commanded), and for a torque that becomes known
+ * although it has acted all along: call it after every step until it is in use. */
+void lm_declare_memory_unknown(lm_compensator *compensator);
+
 /* Largest error [rad, either sign] of the lost motion of torsion curve and friction that the
- * unknown history before the start can cause: every operator may have been anywhere in its band. It
- * shrinks as the load moves, and stays zero once the load has covered a sufficient range; the call
- * that finds this clears LM_STATE_MEMORY_UNKNOWN. Bands widened by temperature count with their
- * largest width since the start. Slow: a few calls a second are enough. */
+ * unknown history can cause: at the start, or when it was last declared unknown, every operator may
+ * have been anywhere in its band. It shrinks as the load moves, and stays zero once the load has
+ * covered a sufficient range; the call that finds this clears LM_STATE_MEMORY_UNKNOWN. Bands
+ * widened by temperature count with their largest width since the start. Slow: a few calls a second
+ * are enough. */
 lm_real lm_bound_uncertainty(lm_compensator *compensator);
 
 /* Changes the parameters without a step in the correction, which moves to the new target within the

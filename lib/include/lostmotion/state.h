@@ -11,7 +11,7 @@
 #define LM_STATE_VELOCITY_LIMITED 8u      /* the velocity limit is active */
 #define LM_STATE_ACCELERATION_LIMITED 16u /* the acceleration limit is active */
 #define LM_STATE_JERK_LIMITED 32u         /* the jerk limit is active */
-#define LM_STATE_MEMORY_UNKNOWN 64u /* lasts: the initial state of the friction still matters */
+#define LM_STATE_MEMORY_UNKNOWN 64u /* lasts: an unknown state of the friction still matters */
 #define LM_STATE_HOLDING 128u       /* lasts: mode HOLD */
 #define LM_STATE_RESETTING 256u     /* lasts: mode RESET */
 #define LM_STATE_FADED 512u         /* lasts: the watch has faded the correction, fully or partly */

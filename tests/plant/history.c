@@ -1,0 +1,214 @@
+/* history BLOB: homes an axis whose load the torque did not contain. BLOB: output of
+ * `lostmotion export` for the soft joint at 1 kHz.
+ *
+ * The gear is wound by a torque before the power-up; the zero, hence gravity, is unknown until the
+ * first homing, or a sensor measures its first value. Then a load cycle, a stop that is commanded,
+ * and one that is not, in motion. What lm_axis_reference returns has to cover the true error of the
+ * zero, to be small after the load cycle and the commanded stop, and to move nothing. */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "blob.h"
+#include "joints.h"
+#include "lm_drive.h"
+
+#define ARCSEC (3.14159265358979323846 / 648000)
+#define PERIOD_S 1e-3
+#define MODEL_RAD (8 * ARCSEC) /* of the fitted model with a known history: 3 arcsec */
+#define POSE_RAD 0.8
+#define MOVE_S 5.0
+#define SENSOR_NM 0.05
+
+typedef struct host {
+  plant joint;
+  const joint_kind *kind;
+  lm_axis axis;
+  lm_drive drive;
+  int senses, homed, run, fault;
+  double wish_rad, acceleration_rad_s2; /* planner */
+  double from_rad, to_rad, moving_s;
+  double last_rad, speed_rad_s, wish_rad_s, sum_Nm;
+  uint32_t noise;
+} host;
+
+static double clip(double value, double most) {
+  return value > most ? most : value < -most ? -most : value;
+}
+
+static double position_loop(host *h, double setpoint_rad) {
+  const joint_kind *kind = h->kind;
+  const double measured_rad = plant_motor_encoder(&h->joint);
+  const double share = 1 - exp(-kind->speed_filter_per_s * PERIOD_S);
+  double push_Nm;
+  h->speed_rad_s += share * ((measured_rad - h->last_rad) / PERIOD_S - h->speed_rad_s);
+  h->last_rad = measured_rad;
+  h->wish_rad_s += share * ((double)lm_axis_rate(&h->axis) - h->wish_rad_s);
+  if (!h->drive.enable) {
+    h->sum_Nm = 0;
+    return 0;
+  }
+  push_Nm =
+      kind->velocity_gain_Nms *
+      (h->wish_rad_s + kind->position_gain_per_s * (setpoint_rad - measured_rad) - h->speed_rad_s);
+  h->sum_Nm = clip(h->sum_Nm + kind->integral_per_s * push_Nm * PERIOD_S, kind->torque_max_Nm);
+  return clip(push_Nm + h->sum_Nm + (double)lm_axis_feed(&h->axis), kind->torque_max_Nm);
+}
+
+/* From rest to rest, with a continuous acceleration. */
+static void plan(host *h) {
+  const double turn = 2 * 3.14159265358979323846;
+  const double way_rad = h->to_rad - h->from_rad;
+  const double share = fmin(h->moving_s / MOVE_S, 1);
+  h->wish_rad = h->from_rad + way_rad * (share - sin(turn * share) / turn);
+  h->acceleration_rad_s2 = way_rad * turn / (MOVE_S * MOVE_S) * sin(turn * share);
+  h->moving_s += PERIOD_S;
+}
+
+static void rest_at(host *h, double angle_rad) {
+  h->from_rad = angle_rad;
+  h->to_rad = angle_rad;
+  h->moving_s = MOVE_S;
+}
+
+static void tick(host *h) {
+  lm_axis *a = &h->axis;
+  const lm_drive_report report = {.enabled = h->drive.enable, .fault = h->fault};
+  const double motor_rad = plant_motor_encoder(&h->joint);
+  lm_conditions at = LM_CONDITIONS_UNKNOWN;
+  float commanded_Nm;
+  double motor_Nm;
+  int i;
+  plan(h);
+  lm_drive_step(&h->drive, a, &report, h->run);
+  commanded_Nm =
+      lm_axis_gravity(a, (float)(-h->kind->gravity_Nm * sin((double)a->command_rad)), h->homed) -
+      (float)(h->joint.make.arm_kgm2 * h->acceleration_rad_s2);
+  h->noise = h->noise * 1664525u + 1013904223u;
+  at.torque_Nm =
+      h->senses ? lm_axis_use_sensor(
+                      a, commanded_Nm,
+                      (float)(h->joint.shaft_Nm + SENSOR_NM * ((h->noise >> 8) / 8388608.0 - 1)))
+                : lm_axis_use_command(a, commanded_Nm);
+  at.temperature_C = 20;
+  motor_Nm = position_loop(
+      h, (double)lm_axis_tick(a, &at, (float)motor_rad, (float)h->wish_rad, h->drive.follows));
+  if (a->state != LM_AXIS_CLOSED) {
+    rest_at(h, (double)a->command_rad);
+  }
+  h->joint.braked = !h->drive.release;
+  for (i = 0; i < (int)(PERIOD_S / PLANT_STEP_S + 0.5); ++i) {
+    plant_step(&h->joint, motor_Nm);
+  }
+}
+
+static void wait_for(host *h, double seconds) {
+  int k;
+  for (k = 0; k < (int)(seconds / PERIOD_S); ++k) {
+    tick(h);
+  }
+}
+
+static int command(host *h, int run) {
+  h->run = run;
+  wait_for(h, 4);
+  return (h->axis.state == LM_AXIS_CLOSED) == run;
+}
+
+static void move(host *h, double to_rad, double seconds) {
+  h->from_rad = h->wish_rad;
+  h->to_rad = to_rad;
+  h->moving_s = 0;
+  wait_for(h, seconds);
+}
+
+/* Homes where the axis is. The plant has no lost motion where motor and output agree: the right
+ * zero is 0. */
+static int home(host *h, const char *when, int known) {
+  const double output_rad = plant_output(&h->joint);
+  const double bound_rad =
+      (double)lm_axis_reference(&h->axis, (float)plant_motor_encoder(&h->joint), (float)output_rad);
+  const double error_rad = fabs((double)h->axis.zero_rad);
+  double moved_rad;
+  int fine;
+  h->homed = 1;
+  rest_at(h, (double)h->axis.command_rad);
+  wait_for(h, 0.5);
+  moved_rad = fabs(plant_output(&h->joint) - output_rad);
+  fine = error_rad <= bound_rad + MODEL_RAD && (!known || bound_rad < MODEL_RAD) &&
+         moved_rad < h->kind->tolerance_rad && h->axis.state == LM_AXIS_CLOSED;
+  printf("%-28s returned %6.1f, true %6.1f, moved %4.1f arcsec %s\n", when, bound_rad / ARCSEC,
+         error_rad / ARCSEC, moved_rad / ARCSEC, fine ? "ok" : "WRONG");
+  return fine;
+}
+
+/* Winds the gear behind the brake, then lets it stand. */
+static void wind(host *h, double torque_Nm) {
+  int k;
+  h->joint.braked = 1;
+  for (k = 0; k < (int)(4 / PLANT_STEP_S); ++k) {
+    const double seconds = k * PLANT_STEP_S;
+    h->joint.outside_Nm = torque_Nm * (seconds < 1 ? seconds : seconds < 2 ? 2 - seconds : 0);
+    plant_step(&h->joint, 0);
+  }
+  h->joint.outside_Nm = 0;
+}
+
+static int judge(const lm_parameters *parameters, int senses, double history_Nm) {
+  static host h;
+  lm_conditions at = LM_CONDITIONS_UNKNOWN;
+  int fine;
+  memset(&h, 0, sizeof h);
+  h.kind = find_joint("soft");
+  h.senses = senses;
+  h.drive.opening_s = 0.1f;
+  h.drive.closing_s = 0.1f;
+  start_joint(&h.joint, h.kind);
+  h.joint.motor_rad = POSE_RAD;
+  wind(&h, history_Nm);
+  h.last_rad = plant_motor_encoder(&h.joint);
+  at.temperature_C = 20;
+  if (lm_drive_power_up(&h.drive, &h.axis, parameters, 0, &at, (float)h.last_rad, 0, 0) != LM_OK) {
+    return 0;
+  }
+  rest_at(&h, (double)h.axis.command_rad);
+  printf("%s, history %.0f N m\n", senses ? "sensor" : "command", history_Nm);
+  wait_for(&h, 0.1);
+  fine = command(&h, 1);
+  if (!senses) { /* gravity becomes known by the first */
+    (void)lm_axis_reference(&h.axis, (float)plant_motor_encoder(&h.joint),
+                            (float)plant_output(&h.joint));
+    h.homed = 1;
+    (void)lm_axis_pause(&h.axis);
+    wait_for(&h, 4);
+  }
+  fine = home(&h, "first homing", 0) && fine;
+  move(&h, -1.2, MOVE_S + 1);
+  move(&h, 1.2, MOVE_S + 1);
+  move(&h, POSE_RAD, MOVE_S + 1);
+  fine = home(&h, "after a load cycle", 1) && fine;
+  fine = command(&h, 0) && command(&h, 1) && fine;
+  fine = home(&h, "after a stop", 1) && fine;
+  move(&h, -POSE_RAD, 0.4 * MOVE_S);
+  h.fault = 1;
+  h.run = 0;
+  wait_for(&h, 2);
+  h.fault = 0;
+  fine = command(&h, 1) && fine;
+  return home(&h, "after a trip in motion", 0) && fine;
+}
+
+int main(int count, char **word) {
+  static const double histories_Nm[] = {-60, -30, 0, 60};
+  static const lm_effect *const effects[] = {&lm_effect_thermal_gap};
+  static lm_parameters parameters;
+  int fine = 1;
+  int i;
+  if (count != 2 || load(word[1], effects, 1, &parameters)) {
+    return 2;
+  }
+  for (i = 0; i < 8; ++i) {
+    fine = judge(&parameters, i % 2, histories_Nm[i / 2]) && fine;
+  }
+  return !fine;
+}
