@@ -11,7 +11,7 @@ import pytest
 
 from lostmotion.cli import main
 from lostmotion.design.textbook import CLOSEST_ROLLERS, textbook_drive
-from lostmotion.drives import parse_drive, read_drive
+from lostmotion.drives import Drive, parse_drive, read_drive
 from lostmotion.model import ADVICE, design_model
 from lostmotion.structs import GENERATORS, design_keys
 
@@ -37,6 +37,27 @@ def test_proportions_are_those_of_a_catalogue_size() -> None:
     # CSF-20-50 is rated 25 N m, CSF-20-80 34 N m: within 5 %.
     assert textbook_drive(20, 50)[0]["drive"]["rated_torque_Nm"] == pytest.approx(25, rel=0.05)
     assert textbook_drive(20, 80)[0]["drive"]["rated_torque_Nm"] == pytest.approx(34, rel=0.05)
+
+
+def failed(drive: Drive) -> list[str]:
+    return [c.name for c in design_model(drive).checks() if c.margin < 0 and c.name not in ADVICE]
+
+
+@pytest.mark.parametrize(("size", "torque_Nm"), [(17, 21.0), (20, 33.0), (25, 51.0)])
+def test_a_drive_is_drawn_for_the_torque_of_a_data_sheet(
+    size: int, torque_Nm: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Ratings above the usual torque: the drive of the usual torque is too weak for them."""
+    monkeypatch.chdir(tmp_path)
+    words = [f"size-{size}", "ratio-50", f"torque-{torque_Nm:g}", "cosine", "rated"]
+    assert main(["new", *words]) == 0
+    rated = read_drive(tmp_path / "rated.toml")
+    assert rated.rated_torque_Nm == torque_Nm
+    assert failed(rated) == []
+    usual, _ = textbook_drive(size, 50, "cosine")
+    assert usual["drive"]["rated_torque_Nm"] < torque_Nm
+    usual["drive"]["rated_torque_Nm"] = torque_Nm
+    assert failed(parse_drive(usual)) == ["safety_factor"]
 
 
 def test_what_no_proportion_mends_is_stated_in_the_file_and_in_the_answer(
@@ -98,6 +119,10 @@ def test_every_key_of_a_design_is_in_the_file_which_reads_as_what_was_made(
         ("size-1", "size: found 1, expected 3 to 200"),
         ("ratio-500", "ratio: found 500, expected 30 to 319"),
         ("ratio-99.5", "expected numbers, as in size-20 ratio-100"),
+        ("torque-x", "found 'torque-x', expected numbers, as in size-20 ratio-100 torque-40 (N m)"),
+        ("torque-0", "torque: found 0, expected 1e-06 to 500000 N m"),
+        ("torque-nan", "torque: found nan, expected 1e-06 to 500000 N m"),
+        ("torque-25 torque-33", "torque: found '25' and '33', expected one torque"),
         ("size-nan", "size: found nan, expected 3 to 200"),
     ],
 )

@@ -14,12 +14,12 @@ from lostmotion.terminal import deliver
 
 def run_new(arguments: argparse.Namespace) -> None:
     """``lostmotion new``."""
-    size, ratio, generator, name = parse_words(arguments.words)
+    size, ratio, generator, name, torque_Nm = parse_words(arguments.words)
     stem = name or f"size_{size:g}_ratio_{ratio}"
     file = Path(arguments.output or f"{stem}.toml")
     if file.exists():
         raise InputError(file, "", "a file that exists", "a new name, by -o FILE")
-    document, broken = textbook_drive(size, ratio, generator, stem)
+    document, broken = textbook_drive(size, ratio, generator, stem, torque_Nm)
     said = [broken_check(check) for check in broken]
     made = f"'{stem}': a cup of size {size:g}, ratio {ratio}, wave generator {generator}"
     heading = "\n".join(

@@ -206,8 +206,9 @@ COMMANDS = (
                 "words",
                 metavar="WORD",
                 nargs="*",
-                help="size-N (default: 20), ratio-N (default: 100), wave generator (default: "
-                "discs) and a name, each once and in any order",
+                help="size-N (default: 20), ratio-N (default: 100), torque-N (rated torque in "
+                "N m, default: the usual one), wave generator (default: discs) and a name, each "
+                "once and in any order",
             ),
             output("FILE", "a new file (default: NAME.toml)", required=False),
         ),

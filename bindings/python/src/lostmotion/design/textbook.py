@@ -14,10 +14,10 @@ as possible.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 from lostmotion.core import core
-from lostmotion.drives import parse_drive
+from lostmotion.drives import LEAST_TORQUE_NM, MOST_RATED_NM, parse_drive
 from lostmotion.errors import InputError
 from lostmotion.model import ADVICE, Check, DesignModel, design_model
 from lostmotion.structs import FIELDS, GENERATORS, DesignKey, field_path
@@ -132,7 +132,7 @@ def textbook_drive(
     name : str
         Of the drive.
     rated_torque_Nm : float, optional
-        By default the catalogue value for the cube of the diameter.
+        Of a data sheet, for instance. By default the catalogue value for the cube of the diameter.
 
     Returns
     -------
@@ -169,11 +169,11 @@ def textbook_drive(
     }
     if generator in ("discs", "rollers", "ring"):
         wave["contact_half_angle_deg"] = book["generator.contact_half_angle_deg"]
-    rated = TORQUE_PER_D3 * diameter**3 * min(1.0, ratio / 100) ** RATIO_EXPONENT
-    if rated_torque_Nm is not None:
-        rated = rated_torque_Nm
+    if rated_torque_Nm is None:
+        usual = TORQUE_PER_D3 * diameter**3 * min(1.0, ratio / 100) ** RATIO_EXPONENT
+        rated_torque_Nm = float(f"{usual:.3g}")
     document = {
-        "drive": {"name": name, "ratio": ratio, "rated_torque_Nm": float(f"{rated:.3g}")},
+        "drive": {"name": name, "ratio": ratio, "rated_torque_Nm": rated_torque_Nm},
         "design": {
             "axial_sections": SECTIONS,
             "teeth": table,
@@ -274,39 +274,52 @@ def _toml(value: Any) -> str:
     return f"{value:.10g}"
 
 
-def parse_words(words: list[str]) -> tuple[float, int, str, str]:
-    """Read ``size-20 ratio-100 discs NAME``: each may be left out, in any order.
+class Words(NamedTuple):
+    """What ``lostmotion new`` was asked for."""
 
-    Returns
-    -------
-    size, ratio, generator, name
-        Defaults for missing words: 20, 100, "discs", and an empty name.
+    size: float = 20.0
+    ratio: int = 100
+    generator: str = "discs"
+    name: str = ""
+    rated_torque_Nm: float | None = None
+
+
+def parse_words(words: list[str]) -> Words:
+    """Read ``size-20 ratio-100 torque-40 discs NAME``: each may be left out, in any order.
 
     Raises
     ------
     InputError
-        For a repeated word, or a size or ratio that is not a number.
+        For a repeated word, or a size, ratio or torque that is not a number in its range.
     """
     found: dict[str, str] = {}
     for word in words:
         kind, dash, value = word.partition("-")
         if word in GENERATORS:
             kind, value = "wave generator", word
-        elif kind not in ("size", "ratio") or not dash:
+        elif kind not in ("size", "ratio", "torque") or not dash:
             kind, value = "name", word
         if kind in found:
             raise InputError("new", kind, f"'{found[kind]}' and '{value}'", f"one {kind}")
         found[kind] = value
+    asked = Words()
     try:
-        size, ratio = float(found.get("size", 20)), int(found.get("ratio", 100))
+        size = float(found.get("size", asked.size))
+        ratio = int(found.get("ratio", asked.ratio))
+        torque = float(found["torque"]) if "torque" in found else None
     except ValueError:
         said = " ".join(words)
-        raise InputError("new", "", f"'{said}'", "numbers, as in size-20 ratio-100") from None
+        expected = "numbers, as in size-20 ratio-100 torque-40 (N m)"
+        raise InputError("new", "", f"'{said}'", expected) from None
     if not SIZES[0] <= size <= SIZES[1]:
         raise InputError("new", "size", f"{size:g}", f"{SIZES[0]} to {SIZES[1]}")
     if not RATIOS[0] <= ratio <= RATIOS[1]:
         raise InputError("new", "ratio", f"{ratio}", f"{RATIOS[0]} to {RATIOS[1]}")
-    return size, ratio, found.get("wave generator", "discs"), found.get("name", "")
+    if torque is not None and not LEAST_TORQUE_NM <= torque <= MOST_RATED_NM:
+        expected = f"{LEAST_TORQUE_NM:g} to {MOST_RATED_NM:g} N m"
+        raise InputError("new", "torque", f"{torque:g}", expected)
+    generator = found.get("wave generator", asked.generator)
+    return Words(size, ratio, generator, found.get("name", asked.name), torque)
 
 
 SIZES = (3, 200)
