@@ -43,7 +43,7 @@
 #define RUSH_AFTER_S 0.5f   /* after that any position loop has followed */
 #define RUSH_MOST_S 1.0f    /* for a fifth of the correction: slower, it lags behind any motion */
 #define FEED_LEAST 0.1f     /* of the error of the loop: less may be that of friction */
-#define FEED_MOST 2.0f      /* 1: the load alone made that error */
+#define FEED_MOST 2.0f      /* beyond it the error is larger than without */
 #define SEEN_FRICTIONS 2.0f /* of the motor: less cannot be separated from it in the current */
 #define SEEN_NOISES 4.0f    /* a swing of this multiple of noise_rad is separated from noise */
 
@@ -764,6 +764,7 @@ static void take_start(commissioning *run, const commissioning_input *now) {
 
 /* Faults that end a run in any stage. */
 static void guard(commissioning *run, const commissioning_input *now) {
+  const int feeds = run->fed && run->stage == SHAKE; /* the first shake kept the bounds */
   if (!known(now->input_angle_rad) || !known(now->reported_rad) ||
       !known(now->conditions.torque_Nm) || !known(now->elapsed_s) ||
       ((run->has_output || run->set.output_loop) && !known(now->output_angle_rad)) ||
@@ -772,17 +773,17 @@ static void guard(commissioning *run, const commissioning_input *now) {
   } else if (size(now->reported_rad - run->start_rad - run->command_rad) >
              run->set.follow_bound_rad) {
     int stuck = size(motor_rad(run, now)) < (1 - STUCK_SHARE) * size(run->command_rad);
-    give_up(run, run->fed && run->stage == SHAKE ? COMMISSIONING_FEED_SCALE
-                 : stuck                         ? COMMISSIONING_STUCK
-                                                 : COMMISSIONING_FOLLOW);
+    give_up(run, feeds   ? COMMISSIONING_FEED_SCALE
+                 : stuck ? COMMISSIONING_STUCK
+                         : COMMISSIONING_FOLLOW);
   } else if (run->stage != STAND &&
              size(now->conditions.torque_Nm - run->torque_start_Nm) > run->set.torque_bound_Nm) {
     run->found = now->conditions.torque_Nm - run->torque_start_Nm;
-    give_up(run, COMMISSIONING_TORQUE_BOUND);
+    give_up(run, feeds ? COMMISSIONING_FEED_SCALE : COMMISSIONING_TORQUE_BOUND);
   } else if (known(now->motor_torque_Nm) &&
              size(now->motor_torque_Nm - run->motor_start_Nm) > run->set.torque_bound_Nm) {
     run->found = now->motor_torque_Nm - run->motor_start_Nm;
-    give_up(run, COMMISSIONING_TORQUE_BOUND);
+    give_up(run, feeds ? COMMISSIONING_FEED_SCALE : COMMISSIONING_TORQUE_BOUND);
   }
 }
 
@@ -888,8 +889,8 @@ const char *commissioning_sentence(commissioning_finding finding) {
       "The host stopped the run.",
       "The torque that is fed forward pushes the motor the wrong way: check the sign of the torque "
       "input of the loop or drive.",
-      "The torque that is fed forward is too large: check unit, ratio and scale of this input of "
-      "the loop or drive (torque of the motor or of the output).",
+      "The torque that is fed forward moves the motor too far: check unit, ratio, scale and "
+      "sign of this input of the loop or drive (torque of the motor or of the output).",
   };
   return (unsigned)finding < COMMISSIONING_FINDINGS ? sentence[finding] : "unknown";
 }

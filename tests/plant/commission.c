@@ -158,6 +158,9 @@ typedef enum fault {
   OUTPUT_MISTAKEN,
   SENSOR_SIGN,
   SENSOR_SCALE,
+  FED_SIGN,
+  FED_SCALE,
+  FED_RATIO,
   FAULTS
 } fault;
 
@@ -204,6 +207,9 @@ static const struct {
     {"loop on the motor, stated as on the output", COMMISSIONING_MOTOR_LOOP, 1},
     {"torque sensor with the wrong sign, no output encoder", COMMISSIONING_TORQUE_SIGN, 0},
     {"torque sensor 2.5 times too large, no output encoder", COMMISSIONING_TORQUE_SCALE, 0},
+    {"torque fed forward with the wrong sign", COMMISSIONING_FEED_SIGN, 0},
+    {"torque fed forward +-20 to 1000 times", COMMISSIONING_FEED_SCALE, 0},
+    {"torque of the output fed to the motor", COMMISSIONING_FEED_SCALE, 0},
 };
 
 /* The drive around the joint: cascade on the motor encoder, feed-forward. */
@@ -211,6 +217,7 @@ typedef struct host {
   const axis *a;
   fault wrong;
   double known_ratio; /* that the loop uses */
+  double fed_times;   /* what the drive makes of the torque that is fed forward */
   double last_rad, speed_rad_s, wish_rad_s, sum_Nm, motor_Nm;
   double beyond_Nm, late_Nm, frozen_Nm, offset_rad, off_rad;
   double sensed_Nm, model_Nm;
@@ -274,7 +281,6 @@ static double host_push(host *h, const plant *joint, const commissioning_output 
   const axis *a = h->a;
   double measured_rad = host_angle(h, joint);
   double share = 1 - exp(-FILTER_RAD_S * a->period_s);
-  double gravity_Nm = a->gravity_known * a->gravity_Nm * sin((double)wish->command_rad);
   double feed_rad_s = (double)wish->velocity_rad_s;
   double feed_rad_s2 = (double)wish->acceleration_rad_s2;
   double error_rad = (double)wish->command_rad + correction_rad - measured_rad;
@@ -295,12 +301,10 @@ static double host_push(host *h, const plant *joint, const commissioning_output 
   h->wish_rad_s += share * (feed_rad_s - h->wish_rad_s);
   push_Nm = a->speed_gain * (h->wish_rad_s + a->position_gain * error_rad - h->speed_rad_s);
   h->sum_Nm = clip(h->sum_Nm + a->integral * push_Nm * a->period_s, 2 * a->rated_Nm);
-  push_Nm +=
-      h->sum_Nm + gravity_Nm +
-      (a->make.arm_kgm2 + a->make.rotor_kgm2) * (double)wish->acceleration_rad_s2 +
-      a->friction_known * a->make.rotor_kgm2 * (feed_rad_s2 - (double)wish->acceleration_rad_s2) +
-      a->friction_known * (a->make.viscous_Nms * feed_rad_s +
-                           a->make.coulomb_Nm * clip(feed_rad_s / REVERSAL_RAD_S, 1));
+  push_Nm += h->sum_Nm - h->fed_times * (double)wish->feed_Nm +
+             a->friction_known * a->make.rotor_kgm2 * feed_rad_s2 +
+             a->friction_known * (a->make.viscous_Nms * feed_rad_s +
+                                  a->make.coulomb_Nm * clip(feed_rad_s / REVERSAL_RAD_S, 1));
   return clip(push_Nm, 2.5 * a->rated_Nm) * a->ratio / h->known_ratio;
 }
 
@@ -327,6 +331,10 @@ static outcome run(const axis *a, const lm_parameters *good, fault wrong) {
   memset(&h, 0, sizeof h);
   h.a = a;
   h.wrong = wrong;
+  h.fed_times = wrong == FED_SIGN    ? -1
+                : wrong == FED_SCALE ? (draw(0, 1) < 0.5 ? -1 : 1) * 20 * pow(50, draw(0, 1))
+                : wrong == FED_RATIO ? fabs(a->ratio)
+                                     : 1;
   h.known_ratio = a->ratio;
   plant_start(&joint);
   joint.make = a->make;
@@ -469,6 +477,7 @@ static int judge(unsigned seed, const axis *a, const lm_parameters *parameters, 
         (got.finding == COMMISSIONING_TORQUE_BOUND || got.finding == COMMISSIONING_RANGE)) ||
        /* Without a load only its noise is visible. */
        (wrong == TORQUE_MILLI && got.finding == COMMISSIONING_TORQUE_NOISE) ||
+       (wrong == FED_SIGN && got.finding == COMMISSIONING_FEED_SCALE) ||
        (wrong == COLLISION && got.finding == COMMISSIONING_FOLLOW) ||
        (wrong == RAW_SENSOR && (got.finding == COMMISSIONING_TORQUE_NOISE ||
                                 (got.finding == COMMISSIONING_SOUND && !rings(a, parameters)))));
@@ -514,7 +523,7 @@ int main(int count, char **word) {
       }
       if (wrong == OUTPUT_LOOP || wrong == COMPENSATES ||
           wrong == OUTPUT_MISTAKEN) { /* found if the load changes */
-        b.gravity_Nm = 0.7 * a.rated_Nm;
+        b.gravity_Nm = 0.9 * a.rated_Nm;
         b.pose_rad = 0.3;
       }
       fine = judge(seed, &b, &parameters, (fault)wrong) && fine;

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -14,8 +15,8 @@ import pytest
 from lostmotion.cli import main
 
 SOUND = 200
-FAULTY = 8
-FAULTS = 37  # in commission.c
+FAULTY = [*range(8), 28]  # 28: a torque fed forward reaches the bound of the sensed one
+FAULTS = 40  # in commission.c
 
 
 @pytest.fixture(scope="module")
@@ -47,7 +48,7 @@ def blob_of(program: Path, seed: int) -> str:
     return f"{seed}={blob}"
 
 
-def say(program: Path, what: str, seeds: range) -> tuple[int, list[str]]:
+def say(program: Path, what: str, seeds: Iterable[int]) -> tuple[int, list[str]]:
     """Exit status, and one line per run."""
     command = [program, what, *(blob_of(program, seed) for seed in seeds)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
@@ -61,6 +62,6 @@ def test_no_false_alarm_on_sound_axes(program: Path) -> None:
 
 
 def test_every_fault_is_found_and_named(program: Path) -> None:
-    status, lines = say(program, "faults", range(FAULTY))
-    assert len(lines) == FAULTS * FAULTY
+    status, lines = say(program, "faults", FAULTY)
+    assert len(lines) == FAULTS * len(FAULTY)
     assert status == 0, [line for line in lines if " ok " not in line]
