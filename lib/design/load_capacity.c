@@ -162,6 +162,25 @@ static int loaded_lobe(const lm_design_workspace *w) {
   return second > first;
 }
 
+/* Largest share of one axial section in the normal forces of a lobe. */
+static lm_real section_share(const lm_design_workspace *w, const effect effects[], int lobe) {
+  lm_real normal[LM_SECTIONS_MAX] = {LM_REAL(0)};
+  lm_real sum = LM_REAL(0);
+  lm_real largest = LM_REAL(0);
+  int i;
+  for (i = 0; i < w->take_up.active_count; i++) {
+    const lm_contact *pair = &w->contacts[w->take_up.active[i]];
+    if (pair->lobe == lobe) {
+      normal[pair->section] += effects[i].normal_N;
+      sum += effects[i].normal_N;
+    }
+  }
+  for (i = 0; i < LM_SECTIONS_MAX; i++) {
+    largest = larger(largest, normal[i]);
+  }
+  return largest / sum;
+}
+
 lm_status lm_measure_load(const lm_drive *drive, lm_real torque_Nm, const lm_design_workspace *w,
                           lm_load *load, lm_fault *fault) {
   effect effects[LM_ACTIVE_MAX];
@@ -226,6 +245,7 @@ lm_status lm_measure_load(const lm_drive *drive, lm_real torque_Nm, const lm_des
     return status;
   }
   found.largest_share = found.largest_force_N / normal;
+  found.section_share = section_share(w, effects, lobe);
   found.wedge = found.radial_force_N / tangential;
   found.deflection_mm = work / found.radial_force_N + approach;
   found.depth_mm = depth / found.radial_force_N;
@@ -241,6 +261,7 @@ void lm_keep_worst_load(const lm_load *load, int first, lm_load *worst) {
   }
   worst->largest_force_N = larger(worst->largest_force_N, load->largest_force_N);
   worst->largest_share = larger(worst->largest_share, load->largest_share);
+  worst->section_share = larger(worst->section_share, load->section_share);
   worst->flank_pressure_MPa = larger(worst->flank_pressure_MPa, load->flank_pressure_MPa);
   worst->flexspline_root_MPa = larger(worst->flexspline_root_MPa, load->flexspline_root_MPa);
   worst->rigid_root_MPa = larger(worst->rigid_root_MPa, load->rigid_root_MPa);

@@ -109,6 +109,23 @@ static void the_rated_load_is_that_of_the_face(void) {
   TEST_ASSERT_TRUE(load[0].ratcheting_torque_Nm != load[3].ratcheting_torque_Nm);
 }
 
+/* Usual: a cone, and the torque passes from the inner edge through the rim. Even: a very long cup,
+ * whose rim does not twist. */
+static void the_edge_of_a_cone_carries_more_of_the_load(void) {
+  lm_drive drive = size20();
+  lm_load load;
+  drive.teeth.rigid_shift = LM_REAL(3.2);
+  TEST_ASSERT_EQUAL(LM_OK, lm_find_rated_load(&drive, 2, &workspace, &load, &fault));
+  TEST_ASSERT_TRUE(load.section_share > LM_REAL(0.5));
+  drive.flexspline.length_mm = LM_REAL(1e5);
+  drive.material.shear_modulus_MPa *= LM_REAL(100);
+  TEST_ASSERT_EQUAL(LM_OK, lm_find_rated_load(&drive, 2, &workspace, &load, &fault));
+  ASSERT_NEAR(0.01, 1.0 / LM_FACE_SECTIONS, load.section_share);
+  drive.planar_only = 1;
+  TEST_ASSERT_EQUAL(LM_OK, lm_find_rated_load(&drive, 2, &workspace, &load, &fault));
+  TEST_ASSERT_TRUE(load.section_share == LM_REAL(1));
+}
+
 static void a_higher_load_is_a_higher_stress(void) {
   lm_drive drive = size20();
   lm_load low;
@@ -140,6 +157,7 @@ int main(void) {
   RUN_TEST(life_falls_with_the_cube_of_the_load);
   RUN_TEST(the_loads_are_those_of_the_torque);
   RUN_TEST(the_rated_load_is_that_of_the_face);
+  RUN_TEST(the_edge_of_a_cone_carries_more_of_the_load);
   RUN_TEST(a_higher_load_is_a_higher_stress);
   RUN_TEST(nonsense_is_refused);
   return UNITY_END();

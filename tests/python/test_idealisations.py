@@ -31,6 +31,16 @@ def test_catalogue_angles_are_within_what_is_stated(size: int, ratio: int, row: 
     assert low - 0.01 <= (t1 / k1 + (t2 - t1) / k2) / found[1] <= high + 0.01
 
 
+def test_what_the_means_over_the_face_hide_is_stated() -> None:
+    """The open edge of a textbook cup carries alone."""
+    document, _ = textbook_drive(20, 100, "cosine")
+    said = idealisations(design_model(parse_drive(document)))
+    assert any("one carries 100 % of the load" in line and "3.0 times" in line for line in said)
+    document["design"].update(planar_only=True, axial_sections=1)
+    said = idealisations(design_model(parse_drive(document)))
+    assert any("evenly in the planar model" in line for line in said)
+
+
 def test_uncalibrated_is_stated_until_a_support_is_fitted() -> None:
     document, _ = textbook_drive(20, 100, "cosine")
     said = idealisations(design_model(parse_drive(document)))

@@ -85,6 +85,19 @@ def test_ratcheting_torque_fails(size: int, ratio: int, torque_Nm: float) -> Non
     assert rated < torque_Nm < figure < 4 * torque_Nm
 
 
+@pytest.mark.parametrize(("size", "ratio"), [(14, 100), (20, 30), (20, 80), (32, 50)])
+def test_ratcheting_at_its_own_load_is_further_from_the_catalogue(size: int, ratio: int) -> None:
+    """The model stiffens more than a drive: what theory/load.md says of the extrapolation."""
+    document = textbook_drive(size, ratio, "cosine")[0]
+    figures = []
+    for _ in range(5):
+        figures.append(checks(document)["ratcheting_torque"].value)
+        document["drive"]["rated_torque_Nm"] = figures[-1]
+    assert figures[-1] == pytest.approx(figures[-2], rel=0.01)  # load and figure are equal
+    assert 1.3 < figures[-1] / figures[0] < 2.5
+    assert 2.0 < figures[-1] / RATCHETING_NM[size][ratio] < 8.9
+
+
 def test_a_face_of_a_millimetre_does_not_carry_137_Nm() -> None:
     document = drawn(32, 100, 137.0)
     document["design"]["teeth"]["face_width_mm"] = 1.0

@@ -45,8 +45,8 @@
         "pressure, as for splines: Hertzian line contact does not apply to flanks this "           \
         "conformal")                                                                               \
   CHECK(FLEXSPLINE_ROOT_STRESS, "flexspline_root_stress", "MPa", MOST,                             \
-        "bending at the root of the most loaded flexspline tooth; cantilever of the "              \
-        "root's thickness as in ISO 6336-3, notch factor K_sigma, pulsating")                      \
+        "bending at the root of the most loaded flexspline tooth, mean over the face; "            \
+        "cantilever of the root's thickness as in ISO 6336-3, notch factor K_sigma, pulsating")    \
   CHECK(RIGID_ROOT_STRESS, "rigid_root_stress", "MPa", MOST,                                       \
         "the same at the root of the rigid gear tooth")                                            \
   CHECK(RATCHETING, "ratcheting_torque", "Nm", LEAST,                                              \

@@ -23,6 +23,7 @@ typedef struct lm_load {
   lm_real flank_pressure_MPa; /* that force over face width and engagement depth */
   lm_real flexspline_root_MPa;
   lm_real rigid_root_MPa;
+  lm_real section_share;        /* largest share of one axial section in the sum of its lobe */
   lm_real radial_force_N;       /* of one lobe, sum over its pairs */
   lm_real wedge;                /* tan(alpha_w): radial over tangential force of the lobe */
   lm_real deflection_mm;        /* radial displacement of the loaded pairs out of mesh */

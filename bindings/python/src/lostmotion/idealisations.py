@@ -29,9 +29,10 @@ def idealisations(model: DesignModel) -> list[str]:
         ),
         *model.design.remarks,
         *interference(model),
+        *uneven_load(model),
         (
-            "Stresses of flanks and roots are means over the face; the ratcheting torque is "
-            "extrapolated from the deflection at rated torque, and depends on it."
+            "The ratcheting torque is extrapolated from the deflection at rated torque, and "
+            "depends on it."
         ),
         *(
             []
@@ -42,6 +43,25 @@ def idealisations(model: DesignModel) -> list[str]:
                 "these angles."
             ]
         ),
+    ]
+
+
+def uneven_load(model: DesignModel) -> list[str]:
+    """State how unevenly the face carries the load of which the checks use the mean.
+
+    A section is wide, so that the stress at its edge is larger still.
+    """
+    drive = model.drive
+    sections = int(model.core.lib.lm_face_sections(drive))
+    share = model.section_share()
+    return [
+        "Stresses of flanks and roots are means over the face. "
+        + (
+            "It carries the load evenly in the planar model."
+            if sections == 1
+            else f"Of its {sections} sections one carries {100 * share:.0f} % of the load at rated "
+            f"torque: the stresses there are at least {sections * share:.1f} times the means."
+        )
     ]
 
 

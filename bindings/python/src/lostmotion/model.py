@@ -269,9 +269,7 @@ class DesignModel:
         smallest = c.ffi.new("lm_smallest_gap *")
         self._call(c.lib.lm_find_face_gap, self.drive, nodes, steps, fine.face, smallest)
         found = c.ffi.new("lm_check[]", c.lib.LM_CHECK_COUNT)
-        load = c.ffi.new("lm_load *")
-        phases = c.lib.LM_CERTAIN_PHASES
-        self._call(c.lib.lm_find_rated_load, self.drive, phases, fine, load)
+        load = self._rated_load(fine)
         where = (fine.face, c.lib.lm_face_places(self.drive))
         self._call(c.lib.lm_check_design, self.drive, *where, smallest, load, found)
         return [
@@ -285,6 +283,17 @@ class DesignModel:
             )
             for i in range(c.lib.LM_CHECK_COUNT)
         ]
+
+    def _rated_load(self, workspace: Any) -> Any:
+        c = self.core
+        load = c.ffi.new("lm_load *")
+        phases = c.lib.LM_CERTAIN_PHASES
+        self._call(c.lib.lm_find_rated_load, self.drive, phases, workspace, load)
+        return load
+
+    def section_share(self) -> float:
+        """Largest share of one axial section of the checks in the load at rated torque."""
+        return float(self._rated_load(self.core.ffi.new("lm_design_workspace *")).section_share)
 
     def tolerance_limits(self) -> dict[str, float]:
         """Limits of the radial gap in mm: worst case and probable.
