@@ -61,6 +61,9 @@ typedef struct lm_drive {
  * it is until the correction stands. */
 void lm_drive_step(lm_drive *d, lm_axis *a, const lm_drive_report *report, int run);
 
+/* Why the axis is not LM_AXIS_CLOSED: d->wait. */
+const char *lm_drive_sentence(const lm_drive *d);
+
 /* Before the first step, the brake on: lm_axis_power_up, and refused while the drive is enabled or
  * the brake released, or without the closing time of a brake of the host: LM_INCONSISTENT
  * ("enable", "closing_s"); then nothing has changed. */
