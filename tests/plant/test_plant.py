@@ -57,19 +57,19 @@ def test_watch_leaves_ordinary_duty_alone_and_finds_misuse(made: tuple[Path, lis
     assert status == 0, said
 
 
-def test_the_error_of_a_zero_is_bounded_whatever_the_torque_did_not_contain(
+def test_an_axis_bounds_its_zero_turns_without_end_and_feeds_rates_to_an_output_loop(
     made: tuple[Path, list[str]], tmp_path: Path
 ) -> None:
     axis = plant_table.ROOT / "firmware_examples" / "axis"
-    sources = [plant_table.HERE / name for name in ("history.c", "plant.c", "joints.c")]
+    sources = [plant_table.HERE / name for name in ("axis.c", "plant.c", "joints.c")]
     sources += [axis / "lm_axis.c", axis / "lm_drive.c", *plant_table.LIBRARY]
     options = [*plant_table.FLAGS, "-DLM_PROFILE=LM_PROFILE_FULL", f"-I{axis}"]
-    program = tmp_path / "history"
+    program = tmp_path / "axis"
     subprocess.run(["cc", *options, *map(str, sources), "-lm", "-o", program], check=True)
     blob = plant_table.export(tmp_path, made[0], [1], "soft")[0].partition("=")[2]
     done = subprocess.run([program, blob], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout
-    assert done.stdout.count(" ok") == 8 * 4
+    assert done.stdout.count(" ok") == 8 * 4 + 2
 
 
 def test_gap_profile_is_no_worse_than_a_constant_width(tmp_path: Path) -> None:

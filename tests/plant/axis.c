@@ -1,10 +1,14 @@
-/* history BLOB: homes an axis whose load the torque did not contain. BLOB: output of
- * `lostmotion export` for the soft joint at 1 kHz.
+/* axis BLOB: lm_axis.h and lm_drive.h with the soft joint. BLOB: output of `lostmotion export` for
+ * it at 1 kHz.
  *
+ * Histories: the axis is homed after a load that the torque did not contain.
  * The gear is wound by a torque before the power-up; the zero, hence gravity, is unknown until the
  * first homing, or a sensor measures its first value. Then a load cycle, a stop that is commanded,
  * and one that is not, in motion. What lm_axis_reference returns has to cover the true error of the
- * zero, to be small after the load cycle and the commanded stop, and to move nothing. */
+ * zero, to be small after the load cycle and the commanded stop, and to move nothing.
+ *
+ * Turns: a whole turn that is subtracted in motion moves nothing. Output: a loop on an encoder at
+ * the output as on the page, with a smaller error in motion by the rates. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -18,6 +22,8 @@
 #define MODEL_RAD (8 * ARCSEC) /* of the fitted model with a known history: 3 arcsec */
 #define POSE_RAD 0.8
 #define MOVE_S 5.0
+#define TURN_RAD 6.28318530717958648
+#define REVERSAL_RAD_S 0.01
 #define SENSOR_NM 0.05
 
 typedef struct host {
@@ -26,6 +32,8 @@ typedef struct host {
   lm_axis axis;
   lm_drive drive;
   int senses, homed, run, fault;
+  int on_output, without_rates;         /* the loop closes on the output */
+  double turned_rad;                    /* of motor / ratio */
   double wish_rad, acceleration_rad_s2; /* planner */
   double from_rad, to_rad, moving_s;
   double last_rad, speed_rad_s, wish_rad_s, sum_Nm;
@@ -36,22 +44,32 @@ static double clip(double value, double most) {
   return value > most ? most : value < -most ? -most : value;
 }
 
+/* That closes the loop. */
+static double encoder(const host *h) {
+  return (h->on_output ? plant_output(&h->joint) : plant_motor_encoder(&h->joint)) + h->turned_rad;
+}
+
 static double position_loop(host *h, double setpoint_rad) {
   const joint_kind *kind = h->kind;
   const double measured_rad = plant_motor_encoder(&h->joint);
+  const double rate_rad_s =
+      h->without_rates ? (double)h->axis.moved_rad / PERIOD_S : (double)lm_axis_rate(&h->axis);
   const double share = 1 - exp(-kind->speed_filter_per_s * PERIOD_S);
   double push_Nm;
   h->speed_rad_s += share * ((measured_rad - h->last_rad) / PERIOD_S - h->speed_rad_s);
   h->last_rad = measured_rad;
-  h->wish_rad_s += share * ((double)lm_axis_rate(&h->axis) - h->wish_rad_s);
+  h->wish_rad_s += share * (rate_rad_s - h->wish_rad_s);
   if (!h->drive.enable) {
     h->sum_Nm = 0;
     return 0;
   }
   push_Nm =
       kind->velocity_gain_Nms *
-      (h->wish_rad_s + kind->position_gain_per_s * (setpoint_rad - measured_rad) - h->speed_rad_s);
+      (h->wish_rad_s + kind->position_gain_per_s * (setpoint_rad - encoder(h)) - h->speed_rad_s);
   h->sum_Nm = clip(h->sum_Nm + kind->integral_per_s * push_Nm * PERIOD_S, kind->torque_max_Nm);
+  push_Nm += h->joint.make.coulomb_Nm * clip(rate_rad_s / REVERSAL_RAD_S, 1) +
+             h->joint.make.viscous_Nms * rate_rad_s +
+             h->joint.make.rotor_kgm2 * h->acceleration_rad_s2;
   return clip(push_Nm + h->sum_Nm + (double)lm_axis_feed(&h->axis), kind->torque_max_Nm);
 }
 
@@ -74,7 +92,6 @@ static void rest_at(host *h, double angle_rad) {
 static void tick(host *h) {
   lm_axis *a = &h->axis;
   const lm_drive_report report = {.enabled = h->drive.enable, .fault = h->fault};
-  const double motor_rad = plant_motor_encoder(&h->joint);
   lm_conditions at = LM_CONDITIONS_UNKNOWN;
   float commanded_Nm;
   double motor_Nm;
@@ -92,7 +109,7 @@ static void tick(host *h) {
                 : lm_axis_use_command(a, commanded_Nm);
   at.temperature_C = 20;
   motor_Nm = position_loop(
-      h, (double)lm_axis_tick(a, &at, (float)motor_rad, (float)h->wish_rad, h->drive.follows));
+      h, (double)lm_axis_tick(a, &at, (float)encoder(h), (float)h->wish_rad, h->drive.follows));
   if (a->state != LM_AXIS_CLOSED) {
     rest_at(h, (double)a->command_rad);
   }
@@ -154,27 +171,35 @@ static void wind(host *h, double torque_Nm) {
   h->joint.outside_Nm = 0;
 }
 
-static int judge(const lm_parameters *parameters, int senses, double history_Nm) {
-  static host h;
+/* Power-up with the brake on and the zero unknown. */
+static int start(host *h, const lm_parameters *parameters, int on_output, double history_Nm) {
   lm_conditions at = LM_CONDITIONS_UNKNOWN;
-  int fine;
-  memset(&h, 0, sizeof h);
-  h.kind = find_joint("soft");
-  h.senses = senses;
-  h.drive.opening_s = 0.1f;
-  h.drive.closing_s = 0.1f;
-  start_joint(&h.joint, h.kind);
-  h.joint.motor_rad = POSE_RAD;
-  wind(&h, history_Nm);
-  h.last_rad = plant_motor_encoder(&h.joint);
+  memset(h, 0, sizeof *h);
+  h->kind = find_joint("soft");
+  h->on_output = on_output;
+  h->drive.opening_s = 0.1f;
+  h->drive.closing_s = 0.1f;
+  start_joint(&h->joint, h->kind);
+  h->joint.motor_rad = POSE_RAD;
+  wind(h, history_Nm);
+  h->last_rad = plant_motor_encoder(&h->joint);
   at.temperature_C = 20;
-  if (lm_drive_power_up(&h.drive, &h.axis, parameters, 0, &at, (float)h.last_rad, 0, 0) != LM_OK) {
+  if (lm_drive_power_up(&h->drive, &h->axis, parameters, 0, &at, (float)encoder(h), 0, 0) !=
+      LM_OK) {
     return 0;
   }
-  rest_at(&h, (double)h.axis.command_rad);
+  h->axis.output_loop = on_output;
+  rest_at(h, (double)h->axis.command_rad);
+  return 1;
+}
+
+static int judge_history(const lm_parameters *parameters, int senses, double history_Nm) {
+  static host h;
+  int fine = start(&h, parameters, 0, history_Nm);
+  h.senses = senses;
   printf("%s, history %.0f N m\n", senses ? "sensor" : "command", history_Nm);
   wait_for(&h, 0.1);
-  fine = command(&h, 1);
+  fine = command(&h, 1) && fine;
   if (!senses) { /* gravity becomes known by the first */
     (void)lm_axis_reference(&h.axis, (float)plant_motor_encoder(&h.joint),
                             (float)plant_output(&h.joint));
@@ -198,6 +223,79 @@ static int judge(const lm_parameters *parameters, int senses, double history_Nm)
   return home(&h, "after a trip in motion", 0) && fine;
 }
 
+/* As the page has it. */
+static void turn(host *h, double by_rad) {
+  h->turned_rad += by_rad;
+  h->wish_rad += by_rad; /* the planner */
+  h->from_rad += by_rad;
+  h->to_rad += by_rad;
+  lm_axis_turn(&h->axis, (float)by_rad);
+}
+
+/* The same motion with and without turns that are subtracted in it. */
+static int judge_turns(const lm_parameters *parameters) {
+  static host turned, straight;
+  double most_rad = 0;
+  int fine = start(&turned, parameters, 0, 0) && start(&straight, parameters, 0, 0);
+  int k;
+  turned.homed = 1;
+  straight.homed = 1;
+  wait_for(&turned, 0.1);
+  wait_for(&straight, 0.1);
+  fine = command(&turned, 1) && command(&straight, 1) && fine;
+  move(&turned, -POSE_RAD, 0);
+  move(&straight, -POSE_RAD, 0);
+  for (k = 0; k < (int)(MOVE_S / PERIOD_S); ++k) {
+    if (k % 1000 == 500) {
+      turn(&turned, k % 2000 < 1000 ? -TURN_RAD : TURN_RAD);
+    }
+    tick(&turned);
+    tick(&straight);
+    most_rad = fmax(most_rad, fabs(plant_output(&turned.joint) - plant_output(&straight.joint)));
+  }
+  fine = fine && turned.axis.state == LM_AXIS_CLOSED && most_rad < turned.kind->tolerance_rad;
+  printf("%-28s moved %4.1f arcsec %s\n", "turns in motion", most_rad / ARCSEC,
+         fine ? "ok" : "WRONG");
+  return fine;
+}
+
+/* rms of the error of the output through two reversals of the load. */
+static double reverse(const lm_parameters *parameters, int without_rates) {
+  static host h;
+  double power_rad2 = 0;
+  const int ticks = (int)(2 * MOVE_S / PERIOD_S);
+  int k;
+  if (!start(&h, parameters, 1, 0)) {
+    return NAN;
+  }
+  h.homed = 1;
+  h.without_rates = without_rates;
+  wait_for(&h, 0.1);
+  if (!command(&h, 1)) {
+    return NAN;
+  }
+  for (k = 0; k < ticks; ++k) {
+    const double output_rad = plant_output(&h.joint);
+    double error_rad;
+    if (k % (ticks / 2) == 0) {
+      move(&h, k == 0 ? -POSE_RAD : POSE_RAD, 0);
+    }
+    tick(&h);
+    error_rad = output_rad - (double)h.axis.command_rad;
+    power_rad2 += error_rad * error_rad / ticks;
+  }
+  return h.axis.state == LM_AXIS_CLOSED ? sqrt(power_rad2) : NAN;
+}
+
+static int judge_output(const lm_parameters *parameters) {
+  const double without_rad = reverse(parameters, 1);
+  const double with_rad = reverse(parameters, 0);
+  const int fine = with_rad < without_rad;
+  printf("%-28s without the rates %5.1f, with them %5.1f arcsec rms %s\n", "loop on the output",
+         without_rad / ARCSEC, with_rad / ARCSEC, fine ? "ok" : "WRONG");
+  return fine;
+}
+
 int main(int count, char **word) {
   static const double histories_Nm[] = {-60, -30, 0, 60};
   static const lm_effect *const effects[] = {&lm_effect_thermal_gap};
@@ -208,7 +306,9 @@ int main(int count, char **word) {
     return 2;
   }
   for (i = 0; i < 8; ++i) {
-    fine = judge(&parameters, i % 2, histories_Nm[i / 2]) && fine;
+    fine = judge_history(&parameters, i % 2, histories_Nm[i / 2]) && fine;
   }
+  fine = judge_turns(&parameters) && fine;
+  fine = judge_output(&parameters) && fine;
   return !fine;
 }
