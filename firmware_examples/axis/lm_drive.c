@@ -99,19 +99,25 @@ void lm_drive_step(lm_drive *d, lm_axis *a, const lm_drive_report *report, int r
 
 const char *lm_drive_sentence(const lm_drive *d) {
   static const char *const sentences[] = {
-      "The axis is closed, or about to be.",
-      "Not started: call the power-up, and read its fault.",
-      "The position loop is not in the state that the request needs.",
-      "A condition or the measured torque is missing or not finite.",
-      "The motor moves behind the brake, is not at the setpoint, or its angle is missing.",
-      "The correction has not stood for LM_AXIS_STAND yet.",
-      "The measured torque is not in use yet: the drive has not borne the load long enough, or the "
-      "measurement is lost.",
-      "The drive does not follow: not enabled, another mode, or its brake still opens.",
-      "The planner is not at rest at command_rad.",
-      "The planner went further than LM_AXIS_ANGLE_MAX_RAD: back, or lm_axis_turn.",
-      "No command: run is 0, or has to be 0 once after a power-up, a trip or an expired command.",
-      "The motor was parted from the setpoint: encoder, brake, position loop; then run 0 and 1.",
+      [LM_AXIS_READY] = "The axis is closed, or about to be.",
+      [LM_AXIS_WAITS_START] = "Not started: call the power-up, and read its fault.",
+      [LM_AXIS_WAITS_LOOP] = "The position loop is not in the state that the request needs.",
+      [LM_AXIS_WAITS_CONDITION] = "A condition or the measured torque is missing or not finite.",
+      [LM_AXIS_WAITS_MOTOR] =
+          "The motor moves behind the brake, is not at the setpoint, or its angle is missing.",
+      [LM_AXIS_WAITS_STAND] = "The correction has not stood for LM_AXIS_STAND yet.",
+      [LM_AXIS_WAITS_SOURCE] =
+          "The measured torque is not in use yet: the drive has not borne the load long enough, or "
+          "the measurement is lost.",
+      [LM_AXIS_WAITS_DRIVE] =
+          "The drive does not follow: not enabled, another mode, or its brake still opens.",
+      [LM_AXIS_WAITS_PLANNER] = "The planner is not at rest at command_rad.",
+      [LM_AXIS_WAITS_ANGLE] =
+          "The planner went further than LM_AXIS_ANGLE_MAX_RAD: back, or lm_axis_turn.",
+      [LM_AXIS_WAITS_COMMAND] =
+          "No command: run is 0, or has to be 0 once (after a power-up, a trip, 5 s of waiting).",
+      [LM_AXIS_WAITS_PARTED] =
+          "The motor was parted from the setpoint: check encoder, brake and position loop.",
   };
   const size_t count = sizeof sentences / sizeof sentences[0];
   return (size_t)d->wait < count ? sentences[d->wait] : "";

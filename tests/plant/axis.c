@@ -310,5 +310,9 @@ int main(int count, char **word) {
   }
   fine = judge_turns(&parameters) && fine;
   fine = judge_output(&parameters) && fine;
+  for (i = LM_AXIS_READY; i <= LM_AXIS_WAITS_PARTED; ++i) {
+    const lm_drive waits = {.wait = (lm_axis_wait)i};
+    fine = strlen(lm_drive_sentence(&waits)) > 0 && fine;
+  }
   return !fine;
 }
