@@ -9,6 +9,7 @@
 #define LOSTMOTION_OPTIMIZER_DUAL_H
 
 #include <math.h>
+#include <stddef.h>
 
 /* Names of this instance of the model (derivatives.cpp). */
 #define LM_NUMBER_SPACE lm_with_slopes
@@ -91,8 +92,10 @@ class lm_dual {
   }
 
  private:
+  /* Aligned for vector registers, as far as malloc aligns: without it a search over a double arc
+   * takes a fifth longer. */
+  alignas(max_align_t) double slope_[LM_LANES];
   double value_;
-  double slope_[LM_LANES];
 };
 
 typedef lm_dual lm_real;
