@@ -61,12 +61,14 @@ typedef struct generation {
   lm_flank_foot tip;
   lm_placement scan[SCAN_COUNT];
   lm_real scan_lead[SCAN_COUNT];
-  lm_real scan_reach[SCAN_COUNT]; /* radius of the tip's corner */
+  lm_real scan_reach[SCAN_COUNT]; /* of the tip's corner */
 } generation;
 
 /* A point of the moving flank in polar coordinates of the rigid space, and its derivatives along
- * the flank (u) and by the material angle (phi). */
+ * the flank (u) and by the material angle (phi). Radii are counted from the undeformed neutral line:
+ * where two flanks are nearly parallel, the rounding of a radius would move their contact. */
 typedef struct swept_point {
+  lm_real above_mm; /* radius minus r_m */
   lm_real radius_mm;
   lm_real radius_u;
   lm_real radius_phi;
@@ -90,16 +92,17 @@ static motion move_tooth(const generation *g, lm_real angle) {
 static swept_point sweep(const generation *g, const motion *m, const lm_flank_foot *foot) {
   const lm_real c = m->place.tilt_cos;
   const lm_real s = m->place.tilt_sin;
-  const lm_real above = foot->along_mm * c - foot->across_mm * s;
-  const lm_real along = m->place.radius_mm + above;
+  const lm_real height = foot->along_mm * c - foot->across_mm * s;
+  const lm_real along = m->place.radius_mm + height;
   const lm_real across = foot->along_mm * s + foot->across_mm * c;
   const lm_real along_u = foot->along_slope * c - foot->across_slope * s;
   const lm_real across_u = foot->along_slope * s + foot->across_slope * c;
   const lm_real along_phi = m->rate.radius_mm - m->rate.tilt * across;
-  const lm_real across_phi = m->rate.tilt * above;
+  const lm_real across_phi = m->rate.tilt * height;
   const lm_real square = along * along + across * across;
   swept_point p;
   p.radius_mm = real_sqrt(square);
+  p.above_mm = m->place.above_mm + height + across * across / (along + p.radius_mm);
   p.radius_u = (along * along_u + across * across_u) / p.radius_mm;
   p.radius_phi = (along * along_phi + across * across_phi) / p.radius_mm;
   p.theta_rad = g->sense * (real_near_atan(across / along) + m->lead_rad);
@@ -110,40 +113,72 @@ static swept_point sweep(const generation *g, const motion *m, const lm_flank_fo
 
 /* --- the flank of one placed tooth on a radius ------------------------------------------------ */
 
-static lm_real polar_radius(const lm_placement *place, const lm_flank_foot *foot) {
-  const lm_real along =
-      place->radius_mm + foot->along_mm * place->tilt_cos - foot->across_mm * place->tilt_sin;
-  const lm_real across = foot->along_mm * place->tilt_sin + foot->across_mm * place->tilt_cos;
-  return real_sqrt(along * along + across * across);
+/* A placed point of the flank. */
+typedef struct placed_point {
+  lm_real along_mm;
+  lm_real across_mm;
+  lm_real radius_mm;
+  lm_real above_mm; /* radius minus r_m */
+} placed_point;
+
+static placed_point place_point(const lm_placement *place, const lm_flank_foot *foot) {
+  const lm_real height = foot->along_mm * place->tilt_cos - foot->across_mm * place->tilt_sin;
+  placed_point p;
+  p.along_mm = place->radius_mm + height;
+  p.across_mm = foot->along_mm * place->tilt_sin + foot->across_mm * place->tilt_cos;
+  p.radius_mm = real_sqrt(p.along_mm * p.along_mm + p.across_mm * p.across_mm);
+  p.above_mm = place->above_mm + height + p.across_mm * p.across_mm / (p.along_mm + p.radius_mm);
+  return p;
 }
 
-/* Parameter of the flank point on a radius: Newton; the flank is nearly radial. */
-static lm_flank_foot foot_on(const generation *g, const lm_placement *place, lm_real radius,
-                             int steps) {
-  lm_real u = g->sense * (radius - place->radius_mm) + g->flank->neutral_mm;
-  lm_flank_foot foot;
-  int i;
-  for (i = 0;; i++) {
-    lm_real along;
-    lm_real across;
-    lm_real found;
-    u = u < g->flank->low_mm ? g->flank->low_mm : u;
-    u = u > g->flank->high_mm ? g->flank->high_mm : u;
-    foot = lm_evaluate_flank(g->flank, u);
-    if (i == steps) {
-      return foot;
-    }
-    along = place->radius_mm + foot.along_mm * place->tilt_cos - foot.across_mm * place->tilt_sin;
-    across = foot.along_mm * place->tilt_sin + foot.across_mm * place->tilt_cos;
-    found = real_sqrt(along * along + across * across);
-    u += (radius - found) * found /
-         (along * (foot.along_slope * place->tilt_cos - foot.across_slope * place->tilt_sin) +
-          across * (foot.along_slope * place->tilt_sin + foot.across_slope * place->tilt_cos));
-  }
+static lm_real reach_of(const lm_placement *place, const lm_flank_foot *foot) {
+  return place_point(place, foot).above_mm;
 }
 
+/* Step along the flank from a point of it towards a radius. */
+static lm_real step_towards(const lm_placement *place, const lm_flank_foot *foot,
+                            const placed_point *at, lm_real above) {
+  return (above - at->above_mm) * at->radius_mm /
+         (at->along_mm *
+              (foot->along_slope * place->tilt_cos - foot->across_slope * place->tilt_sin) +
+          at->across_mm *
+              (foot->along_slope * place->tilt_sin + foot->across_slope * place->tilt_cos));
+}
+
+static lm_flank_foot evaluate_within(const lm_flank *flank, lm_real u) {
+  u = u < flank->low_mm ? flank->low_mm : u;
+  return lm_evaluate_flank(flank, u > flank->high_mm ? flank->high_mm : u);
+}
+
+/* The flank point on a radius: Newton; the flank is nearly radial. */
 #define FOOT_STEPS 2
-#define ROUGH_STEPS 1
+
+static lm_flank_foot foot_on(const generation *g, const lm_placement *place, lm_real above) {
+  lm_flank_foot foot =
+      evaluate_within(g->flank, g->sense * (above - place->above_mm) + g->flank->neutral_mm);
+  int i;
+  for (i = 0; i < FOOT_STEPS; i++) {
+    const placed_point at = place_point(place, &foot);
+    foot = evaluate_within(g->flank, foot.radius_mm + step_towards(place, &foot, &at, above));
+  }
+  return foot;
+}
+
+/* Angle of the flank point on a radius ahead of the tooth's foot, from the foot of a neighbouring
+ * position, which becomes that of this one: a step of Newton, and the tangent from there. */
+static lm_real rough_angle(const generation *g, const lm_placement *place, lm_real above,
+                           lm_flank_foot *foot) {
+  placed_point at = place_point(place, foot);
+  lm_real rest;
+  *foot = evaluate_within(g->flank, foot->radius_mm + step_towards(place, foot, &at, above));
+  at = place_point(place, foot);
+  rest = step_towards(place, foot, &at, above);
+  at.along_mm +=
+      rest * (foot->along_slope * place->tilt_cos - foot->across_slope * place->tilt_sin);
+  at.across_mm +=
+      rest * (foot->along_slope * place->tilt_sin + foot->across_slope * place->tilt_cos);
+  return real_near_atan(at.across_mm / at.along_mm);
+}
 
 /* --- the greatest angle on a radius ----------------------------------------------------------- */
 
@@ -164,14 +199,14 @@ static lm_real along_radius(const swept_point *p) {
   return p->theta_phi - p->theta_u * p->radius_phi / p->radius_u;
 }
 
-static maker make_here(const generation *g, const motion *m, lm_real angle, lm_real radius,
+static maker make_here(const generation *g, const motion *m, lm_real angle, lm_real above,
                        lm_real *slope) {
-  const lm_flank_foot foot = foot_on(g, &m->place, radius, FOOT_STEPS);
+  const lm_flank_foot foot = foot_on(g, &m->place, above);
   const swept_point p = sweep(g, m, &foot);
   maker found;
   int i;
   found.angle = angle;
-  found.theta = p.theta_rad + p.theta_u / p.radius_u * (radius - p.radius_mm);
+  found.theta = p.theta_rad + p.theta_u / p.radius_u * (above - p.above_mm);
   found.slope = p.theta_u / p.radius_u;
   found.bend = LM_REAL(0);
   found.foot_mm = foot.radius_mm;
@@ -186,7 +221,7 @@ static maker make_here(const generation *g, const motion *m, lm_real angle, lm_r
 }
 
 /* Where the tip's corner passes a radius, near an angle: Newton. */
-static maker tip_on(const generation *g, lm_real angle, lm_real radius, lm_real *inside) {
+static maker tip_on(const generation *g, lm_real angle, lm_real above, lm_real *inside) {
   swept_point p;
   maker found;
   int i;
@@ -196,11 +231,11 @@ static maker tip_on(const generation *g, lm_real angle, lm_real radius, lm_real 
     if (i == 4) {
       break;
     }
-    angle += (radius - p.radius_mm) / p.radius_phi;
+    angle += (above - p.above_mm) / p.radius_phi;
   }
   found.angle = angle;
   found.slope = p.theta_phi / p.radius_phi;
-  found.theta = p.theta_rad + found.slope * (radius - p.radius_mm);
+  found.theta = p.theta_rad + found.slope * (above - p.above_mm);
   found.bend = LM_REAL(0);
   found.foot_mm = g->tip.radius_mm;
   found.part = LM_PART_TIP;
@@ -211,8 +246,8 @@ static maker tip_on(const generation *g, lm_real angle, lm_real radius, lm_real 
   return found;
 }
 
-static int reaches(const generation *g, const lm_placement *place, lm_real radius) {
-  return g->sense * polar_radius(place, &g->tip) > g->sense * radius;
+static int reaches(const generation *g, const lm_placement *place, lm_real above) {
+  return g->sense * reach_of(place, &g->tip) > g->sense * above;
 }
 
 /* Newton with the slope of a chord from an angle near the maximum, the first step with the slope of
@@ -232,7 +267,7 @@ static lm_real next_step(lm_real slope, lm_real bend, lm_real otherwise) {
   return step < -STEP_MAX ? -STEP_MAX : step;
 }
 
-static maker climb(const generation *g, lm_real angle, lm_real radius, lm_real bend) {
+static maker climb(const generation *g, lm_real angle, lm_real above, lm_real bend) {
   motion m = move_tooth(g, angle);
   lm_real slope;
   maker at;
@@ -240,9 +275,9 @@ static maker climb(const generation *g, lm_real angle, lm_real radius, lm_real b
   lm_real rising = -REAL_INFINITY;
   lm_real falling = REAL_INFINITY;
   int i;
-  if (!reaches(g, &m.place, radius)) {
+  if (!reaches(g, &m.place, above)) {
     lm_real inside;
-    const maker tip = tip_on(g, angle, radius, &inside);
+    const maker tip = tip_on(g, angle, above, &inside);
     if (!(inside > LM_REAL(0))) {
       return tip;
     }
@@ -250,7 +285,7 @@ static maker climb(const generation *g, lm_real angle, lm_real radius, lm_real b
         tip.angle - (tip.angle > LM_REAL(0) ? INSIDE_STEP : -INSIDE_STEP); /* towards the axis */
     m = move_tooth(g, angle);
   }
-  at = make_here(g, &m, angle, radius, &slope);
+  at = make_here(g, &m, angle, above, &slope);
   step = next_step(slope, bend, SCAN_STEP / LM_REAL(4));
   at.bend = bend;
   for (i = 0; i < CLIMB_STEPS && real_fabs(step) > CLIMB_END; i++) {
@@ -266,16 +301,16 @@ static maker climb(const generation *g, lm_real angle, lm_real radius, lm_real b
       step = (rising + falling) / LM_REAL(2) - at.angle;
     }
     m = move_tooth(g, at.angle + step);
-    if (!reaches(g, &m.place, radius)) {
+    if (!reaches(g, &m.place, above)) {
       lm_real inside;
-      const maker tip = tip_on(g, at.angle + step, radius, &inside);
+      const maker tip = tip_on(g, at.angle + step, above, &inside);
       if (!(inside > LM_REAL(0))) {
         return tip;
       }
       step = (tip.angle - at.angle) / LM_REAL(2);
       m = move_tooth(g, at.angle + step);
     }
-    at = make_here(g, &m, at.angle + step, radius, &slope);
+    at = make_here(g, &m, at.angle + step, above, &slope);
     chord = (slope - last_slope) / (at.angle - last_angle);
     at.bend = chord;
     step = next_step(slope, chord, SCAN_STEP / LM_REAL(2));
@@ -307,7 +342,7 @@ static lm_real vertex(lm_real before, lm_real last, lm_real now) {
 /* All maxima on a radius, from the samples of the scan; the greatest. Beside a sample that does not
  * reach the radius, the maximum may be far above its own sample. The sample on the deformation
  * axis reaches every radius of the flank. */
-static maker scan_radius(const generation *g, lm_real radius) {
+static maker scan_radius(const generation *g, lm_real above) {
   const lm_real pitch = LM_REAL(2) * LM_PI / LM_REAL(g->geometry->rigid_teeth);
   maker best;
   lm_real before = -REAL_INFINITY; /* two samples back, one back */
@@ -315,19 +350,14 @@ static maker scan_radius(const generation *g, lm_real radius) {
   lm_real limit = -REAL_INFINITY;
   lm_real candidate[SCAN_COUNT];
   lm_real value[SCAN_COUNT];
+  lm_flank_foot foot = g->tip;
   int candidates = 0;
   int rivals;
   int i;
   for (i = 0; i <= SCAN_COUNT; i++) {
     lm_real now = -REAL_INFINITY;
-    if (i < SCAN_COUNT && g->sense * g->scan_reach[i] > g->sense * radius) {
-      const lm_flank_foot foot = foot_on(g, &g->scan[i], radius, ROUGH_STEPS);
-      const lm_placement *p = &g->scan[i];
-      now = g->sense *
-            (real_near_atan(
-                 (foot.along_mm * p->tilt_sin + foot.across_mm * p->tilt_cos) /
-                 (p->radius_mm + foot.along_mm * p->tilt_cos - foot.across_mm * p->tilt_sin)) +
-             g->scan_lead[i]);
+    if (i < SCAN_COUNT && g->sense * g->scan_reach[i] > g->sense * above) {
+      now = g->sense * (rough_angle(g, &g->scan[i], above, &foot) + g->scan_lead[i]);
     }
     if (real_isfinite(last) && last >= before && last >= now) {
       candidate[candidates] = SCAN_STEP * LM_REAL(i - 1 - SCAN_BEHIND);
@@ -351,7 +381,7 @@ static maker scan_radius(const generation *g, lm_real radius) {
   rivals = 0;
   for (i = 0; i < candidates; i++) {
     if (value[i] >= limit - MISSED_PITCHES * pitch) {
-      best = greater(best, climb(g, candidate[i], radius, LM_REAL(0)));
+      best = greater(best, climb(g, candidate[i], above, LM_REAL(0)));
     }
     rivals += value[i] >= limit - RIVAL_PITCHES * pitch;
   }
@@ -372,24 +402,25 @@ static int same_maker(const maker *a, const maker *b) {
 /* Near the angles that generate the flank on both sides, which belong to one zone or to the two
  * sides of a corner: then either side may have its own maximum, at any distance. */
 static maker between(const generation *g, const maker *a, const maker *b, lm_real share,
-                     lm_real radius) {
+                     lm_real above) {
   if (same_maker(a, b)) {
-    return climb(g, a->angle + share * (b->angle - a->angle), radius, a->bend);
+    return climb(g, a->angle + share * (b->angle - a->angle), above, a->bend);
   }
-  return greater(climb(g, a->angle, radius, a->bend), climb(g, b->angle, radius, b->bend));
+  return greater(climb(g, a->angle, above, a->bend), climb(g, b->angle, above, b->bend));
 }
 
 /* Between two nodes at which all maxima were searched. If they belong to different zones, or
  * another zone is near, any zone may generate the flank between them. */
 static maker find_between(const generation *g, const maker *a, const maker *b, lm_real share,
-                          lm_real radius) {
+                          lm_real above) {
   return real_fabs(a->angle - b->angle) < SAME_ZONE && !a->rival && !b->rival
-             ? between(g, a, b, share, radius)
-             : scan_radius(g, radius);
+             ? between(g, a, b, share, above)
+             : scan_radius(g, above);
 }
 
-/* An incomplete table, with the parts that generate the flank on both sides of each node: towards
- * the top, and away from it. They differ at a corner. */
+/* An incomplete table, whose radii are counted from the neutral line, with the parts that generate
+ * the flank on both sides of each node: towards the top, and away from it. They differ at a
+ * corner. */
 typedef struct draft {
   const generation *g;
   lm_conjugate table;
@@ -453,7 +484,7 @@ static int is_open(const draft *d, const corner *side) {
   const lm_real rise = side[1].after.theta - side[0].before.theta;
   return (real_fabs(by_place(c, &side[0].before, side[0].place) * width - rise) +
           real_fabs(by_place(c, &side[1].after, side[1].place) * width - rise)) *
-             c->top_mm >
+             d->g->line->radius_mm >
          LM_REAL(4) * CORNER_MODULES * d->g->geometry->module_mm;
 }
 
@@ -475,11 +506,11 @@ static lm_real to_crossing(const lm_conjugate *c, const corner *at) {
 /* Whether the flank of a tooth reaches less far on a radius a little way towards another angle. */
 #define LITTLE_WAY LM_REAL(0.01)
 
-static int falls_towards(const generation *g, lm_real angle, lm_real other, lm_real radius) {
+static int falls_towards(const generation *g, lm_real angle, lm_real other, lm_real above) {
   const lm_real at = angle + LITTLE_WAY * (other - angle);
   const motion m = move_tooth(g, at);
   lm_real slope;
-  make_here(g, &m, at, radius, &slope);
+  make_here(g, &m, at, above, &slope);
   return slope * (other - angle) < LM_REAL(0);
 }
 
@@ -544,10 +575,10 @@ static int find_joint(const draft *d, const maker *a, const maker *b, lm_real b_
     last = now;
     angle = next;
   }
-  at->place = real_sqrt((c->top_mm - p.radius_mm) / (c->top_mm - c->low_mm));
+  at->place = real_sqrt((c->top_mm - p.above_mm) / (c->top_mm - c->low_mm));
   if (!(at->place > last_place(d) + margin && at->place < b_place - margin) ||
-      !falls_towards(d->g, angle, a->angle, p.radius_mm) ||
-      !falls_towards(d->g, angle, b->angle, p.radius_mm)) {
+      !falls_towards(d->g, angle, a->angle, p.above_mm) ||
+      !falls_towards(d->g, angle, b->angle, p.above_mm)) {
     return 0;
   }
   at->before = *a;
@@ -663,7 +694,8 @@ static lm_real missed_at(const draft *d, int node) {
   const lm_real found =
       cubic(width, (c->place[node] - c->place[node - 1]) / width, c->half_angle_rad[node - 1],
             c->slope_low[node - 1], c->half_angle_rad[node + 1], c->slope_high[node]);
-  return real_fabs(found - c->half_angle_rad[node]) * c->top_mm / d->g->geometry->module_mm;
+  return real_fabs(found - c->half_angle_rad[node]) * d->g->line->radius_mm /
+         d->g->geometry->module_mm;
 }
 
 /* Of a smooth flank, that error is 16 times the one of an interval: it grows with the fourth power
@@ -724,8 +756,9 @@ static void add_halves(draft *d, const maker *b, lm_real b_place, const maker *b
            width * by_place(c, &middle, place);
   missed = real_fabs(missed) + BESIDE_SHARE * real_fabs(turned);
   if (halvings > HALVINGS ||
-      (halvings > 1 && missed * c->top_mm > (halvings == HALVINGS ? LM_REAL(1) : wider_error(d)) *
-                                                MISSED_MODULES * d->g->geometry->module_mm)) {
+      (halvings > 1 &&
+       missed * d->g->line->radius_mm > (halvings == HALVINGS ? LM_REAL(1) : wider_error(d)) *
+                                            MISSED_MODULES * d->g->geometry->module_mm)) {
     add_halves(d, &middle, place, &middle, rest + 1, halvings - 1);
     add_halves(d, b, b_place, beyond, rest, halvings - 1);
   } else {
@@ -838,9 +871,14 @@ static void displace(lm_conjugate *c, lm_real shift_mm, lm_real backlash_mm) {
   prepare_evaluation(c);
 }
 
-/* The half angles themselves in place of what was compared. */
-static void restore_sense(lm_conjugate *c, lm_real sense) {
+/* Half angles in place of what was compared, and radii from the centre. */
+static void restore(lm_conjugate *c, lm_real sense, lm_real neutral_mm) {
   int i;
+  c->low_mm += neutral_mm;
+  c->top_mm += neutral_mm;
+  for (i = 0; i < c->corners; i++) {
+    c->corner_mm[i] += neutral_mm;
+  }
   for (i = 0; i <= c->intervals; i++) {
     c->half_angle_rad[i] *= sense;
   }
@@ -862,7 +900,7 @@ static void start(generation *g, const lm_flank *flank, const lm_geometry *geome
     const lm_real angle = SCAN_STEP * LM_REAL(i - SCAN_BEHIND);
     g->scan[i] = lm_place_tooth(line, angle);
     g->scan_lead[i] = lead_of(g, &g->scan[i], angle);
-    g->scan_reach[i] = polar_radius(&g->scan[i], &g->tip);
+    g->scan_reach[i] = reach_of(&g->scan[i], &g->tip);
   }
 }
 
@@ -880,13 +918,14 @@ lm_status lm_make_conjugate(const lm_flank *flank, const lm_geometry *geometry,
   }
   start(&g, flank, geometry, line);
   rough.g = &g;
-  rough.table.low_mm = geometry->rigid_tip_mm - shift_mm;
+  rough.table.low_mm = geometry->rigid_tip_mm - shift_mm - line->radius_mm;
   rough.table.top_mm = g.scan_reach[SCAN_BEHIND];
   if (!(g.sense * (rough.table.top_mm - rough.table.low_mm) >
         LM_REAL(0.01) * geometry->module_mm)) {
-    return refuse_contradiction(fault, "teeth.engagement_depth", rough.table.top_mm,
-                                g.sense > LM_REAL(0) ? rough.table.low_mm : LM_REAL(0),
-                                g.sense > LM_REAL(0) ? REAL_INFINITY : rough.table.low_mm);
+    const lm_real tip = geometry->rigid_tip_mm - shift_mm;
+    return refuse_contradiction(
+        fault, "teeth.engagement_depth", line->radius_mm + rough.table.top_mm,
+        g.sense > LM_REAL(0) ? tip : LM_REAL(0), g.sense > LM_REAL(0) ? REAL_INFINITY : tip);
   }
   after = scan_radius(&g, radius_at(&rough.table, first_place));
   first_node(&rough, first_place, &after);
@@ -907,7 +946,7 @@ lm_status lm_make_conjugate(const lm_flank *flank, const lm_geometry *geometry,
     }
   }
   refine(&rough, &fine);
-  restore_sense(&fine.table, g.sense);
+  restore(&fine.table, g.sense, line->radius_mm);
   displace(&fine.table, shift_mm, g.sense * backlash_mm);
   *conjugate = fine.table;
   return LM_OK;
@@ -1125,7 +1164,7 @@ static lm_conjugate_contact find_contact(const generation *g, const lm_flank_foo
   contact.angle_rad = angle;
   contact.radius_mm = p.radius_mm;
   contact.half_angle_rad = g->sense * p.theta_rad;
-  contact.beyond_mm = (scan_radius(g, p.radius_mm).theta - p.theta_rad) * p.radius_mm;
+  contact.beyond_mm = (scan_radius(g, p.above_mm).theta - p.theta_rad) * p.radius_mm;
   return contact;
 }
 

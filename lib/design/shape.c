@@ -447,11 +447,14 @@ static lm_real interpolate_lead(const lm_neutral_line *line, lm_real angle) {
               rest * step * line->lead_slope[i + 1]);
 }
 
-static lm_placement place_on(lm_real side, lm_real lead, lm_real radius, lm_real slope) {
+static lm_placement place_on(const lm_neutral_line *line, lm_real side, lm_real lead, lm_real above,
+                             lm_real slope) {
+  const lm_real radius = line->radius_mm + above;
   const lm_real norm = real_sqrt(radius * radius + slope * slope);
   lm_placement place;
   place.lead_rad = side * lead;
   place.radius_mm = radius;
+  place.above_mm = above;
   place.tilt_cos = radius / norm;
   place.tilt_sin = -side * slope / norm;
   return place;
@@ -464,7 +467,7 @@ lm_placement lm_place_tooth(const lm_neutral_line *line, lm_real angle_rad) {
   lm_real above;
   lm_real slope;
   rise(line, side * angle + lead, &above, &slope);
-  return place_on(side, lead, line->radius_mm + above, slope);
+  return place_on(line, side, lead, above, slope);
 }
 
 lm_placement lm_move_tooth(const lm_neutral_line *line, lm_real angle_rad,
@@ -481,5 +484,5 @@ lm_placement lm_move_tooth(const lm_neutral_line *line, lm_real angle_rad,
   rate->lead = -excess / (line->radius_mm + excess);
   rate->radius_mm = side * slope * (LM_REAL(1) + rate->lead);
   rate->tilt = line->radius_mm * curvature - (LM_REAL(1) + rate->lead);
-  return place_on(side, lead, line->radius_mm + above, slope);
+  return place_on(line, side, lead, above, slope);
 }

@@ -83,6 +83,7 @@ typedef struct lm_neutral_line {
 typedef struct lm_placement {
   lm_real lead_rad;  /* polar angle of the foot of the tooth minus its material angle */
   lm_real radius_mm; /* R there */
+  lm_real above_mm;  /* R - r_m, without the rounding of R */
   lm_real tilt_sin;  /* sine and cosine of the turn of the tooth axis against the radius, */
   lm_real tilt_cos;  /*   positive in the direction of growing angle */
 } lm_placement;
