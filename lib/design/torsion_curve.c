@@ -267,6 +267,7 @@ static void find_nearest(const lm_clearance clearances[], int count, lm_real lim
  * further off than 0.2 arcmin, a third of the lost motion of catalogues at 4 % of rated torque,
  * hardly count. */
 #define CLOSE_RAD (LM_PI / LM_REAL(216000)) /* 0.05 arcmin */
+#define COUNTED_RAD (LM_REAL(20) * CLOSE_RAD)
 
 typedef struct mean_angle {
   lm_real weight;
@@ -274,7 +275,7 @@ typedef struct mean_angle {
 } mean_angle;
 
 static void add_angle(mean_angle *mean, const lm_gap *gap, lm_real nearest_rad) {
-  if (gap->gap_rad - nearest_rad < LM_REAL(20) * CLOSE_RAD) {
+  if (gap->gap_rad - nearest_rad < COUNTED_RAD) {
     const lm_real weight = real_exp((nearest_rad - gap->gap_rad) / CLOSE_RAD);
     mean->weight += weight;
     mean->sum += weight * gap->flank_angle_rad;
@@ -442,6 +443,7 @@ static lm_status build_contacts(const lm_drive *drive, lm_real phase_rad, lm_rea
   const lm_real limit = drive->support.gap_limit_rad;
   const gap_range near = {-REAL_INFINITY, near_rad < limit ? near_rad : limit};
   const gap_range far = {near.most_rad, limit};
+  lm_least_gaps least = lm_no_gaps();
   builder b;
   lm_status status = w->give.known ? LM_OK : prepare_give(drive, &w->meshes[0], &w->give, fault);
   int count = 0;
@@ -453,7 +455,7 @@ static lm_status build_contacts(const lm_drive *drive, lm_real phase_rad, lm_rea
   b.count = 0;
   b.lobes = drive->generator.floating || drive->generator.eccentricity_mm == LM_REAL(0) ? 1 : 2;
   for (i = 0; i < drive->axial_sections && status == LM_OK; i++) {
-    status = lm_near_clearances(&w->meshes[i], phase_rad, near_rad, w->clearances[i],
+    status = lm_near_clearances(&w->meshes[i], phase_rad, near_rad, &least, w->clearances[i],
                                 LM_LOBE_TEETH_MAX, &count, fault);
     find_nearest(w->clearances[i], count, drive->support.engagement_limit_rad, &forward, &backward);
   }
@@ -545,10 +547,11 @@ static lm_status add_chains(const lm_drive *drive, const lm_mesh_state *state, l
   return LM_OK;
 }
 
-/* Pairs whose gap exceeds the nearest one by more than this are left out at first. Chosen for
- * speed: of three searches (docs/profiles.md) hardly any design has a pair beyond that carries; the
- * result does not depend on it. */
-#define NEAR_RAD (LM_PI / LM_REAL(7200)) /* 1.5 arcmin */
+/* Pairs whose gap exceeds the nearest one by more than this are left out at first, and by more than
+ * this many times as much where one of them carries. Chosen for speed; the result does not depend on
+ * them, because those of the mean angle are always exact. */
+#define NEAR_RAD (LM_REAL(1.5) * COUNTED_RAD)
+#define NEAR_GROWTH LM_REAL(4)
 
 /* Whether every contact of a list has its exact gap. */
 static int are_exact(const lm_design_workspace *w, const lm_contact contacts[], int count) {
@@ -566,11 +569,13 @@ static int are_exact(const lm_design_workspace *w, const lm_contact contacts[], 
 static lm_status take_up(const lm_drive *drive, lm_real phase_rad, const lm_real torque_Nm[],
                          int count, lm_mesh_state *found, lm_rest *rest, lm_design_workspace *w,
                          lm_fault *fault) {
+  lm_real near_rad;
   int touched = 1;
   int near;
   lm_status status = LM_OK;
-  if (w->near_only) {
-    status = build_contacts(drive, phase_rad, NEAR_RAD, &near, found, w, fault);
+  for (near_rad = NEAR_RAD; w->near_only && touched && near_rad < drive->support.gap_limit_rad;
+       near_rad *= NEAR_GROWTH) {
+    status = build_contacts(drive, phase_rad, near_rad, &near, found, w, fault);
     if (status == LM_OK && are_exact(w, w->contacts, near) &&
         lm_near_take_up(w->contacts, near, found->pairs - near, &touched, &w->foundation, torque_Nm,
                         count, w->states, rest, &w->take_up, 0) != LM_OK) {

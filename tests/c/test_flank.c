@@ -599,17 +599,19 @@ static int count_bounds(lm_real phase_pitches) {
   const lm_real phase = phase_pitches * LM_REAL(2) * LM_PI / LM_REAL(100);
   lm_real forward = LM_REAL(INFINITY);
   lm_real backward = LM_REAL(INFINITY);
+  lm_least_gaps least = lm_no_gaps();
   int bounds = 0;
   int count;
   int i;
   make_mesh();
   ACCEPTED(lm_lobe_clearances(&mesh, phase, exact, LM_LOBE_TEETH_MAX, &count, &fault));
-  ACCEPTED(lm_near_clearances(&mesh, phase, LM_REAL(1.5) * ARCMIN, near, LM_LOBE_TEETH_MAX, &count,
-                              &fault));
+  ACCEPTED(lm_near_clearances(&mesh, phase, LM_REAL(1.5) * ARCMIN, &least, near, LM_LOBE_TEETH_MAX,
+                              &count, &fault));
   for (i = 0; i < count; i++) {
     forward = exact[i].forward.gap_rad < forward ? exact[i].forward.gap_rad : forward;
     backward = exact[i].backward.gap_rad < backward ? exact[i].backward.gap_rad : backward;
   }
+  TEST_ASSERT_TRUE(least.forward_rad == forward && least.backward_rad == backward);
   for (i = 0; i < count; i++) {
     const lm_clearance within =
         lm_clearance_within(&mesh, exact[i].angle_rad, forward + LM_REAL(1.5) * ARCMIN);

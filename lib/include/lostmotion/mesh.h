@@ -148,10 +148,21 @@ lm_clearance_end lm_find_overlap_end(const lm_mesh *mesh, lm_real inside_rad, lm
 lm_status lm_lobe_clearances(const lm_mesh *mesh, lm_real phase_rad, lm_clearance clearances[],
                              int capacity, int *count, lm_fault *fault);
 
-/* The same, but of pairs whose gap exceeds the smallest one of their flank by more than beyond_rad
- * (> 0) the gap may be a lower bound, which costs less than half. Errors as lm_lobe_clearances. */
+/* The least gaps of several lobes or sections. */
+typedef struct lm_least_gaps {
+  lm_real forward_rad;
+  lm_real backward_rad;
+} lm_least_gaps;
+
+/* Before the first of them: infinite. */
+lm_least_gaps lm_no_gaps(void);
+
+/* The same, but of pairs whose gap exceeds the least one of their flank by more than beyond_rad
+ * (> 0) the gap may be a lower bound, which costs less than half. *least contains the least gaps so
+ * far and receives those of this lobe. Errors as lm_lobe_clearances, and LM_NULL ("least"). */
 lm_status lm_near_clearances(const lm_mesh *mesh, lm_real phase_rad, lm_real beyond_rad,
-                             lm_clearance clearances[], int capacity, int *count, lm_fault *fault);
+                             lm_least_gaps *least, lm_clearance clearances[], int capacity,
+                             int *count, lm_fault *fault);
 
 /* Tooth phases of a sweep. */
 #define LM_SWEEP_PHASES_MAX 64
