@@ -1,5 +1,6 @@
 /* Dual numbers (optimizer/dual.h) against complex steps (complex_number.h) on the whole model. */
 #include <stdlib.h>
+#include <string.h>
 
 #include "points.h"
 #include "reference_drives.h"
@@ -26,6 +27,7 @@ static double dual_result[LM_RESULT_MAX];
 static double dual_slope[LM_RESULT_MAX * LM_FREE_MAX];
 static double oracle_result[LM_RESULT_MAX];
 static double oracle_slope[LM_RESULT_MAX * LM_FREE_MAX];
+static double neighbour_slope[LM_RESULT_MAX * LM_FREE_MAX]; /* of the oracle beside the point */
 
 void setUp(void) {
   workspace = lm_create_workspace();
@@ -141,10 +143,12 @@ static void start_flank(lm_flank_kind kind, lm_generator_type type) {
   lm_lay_out(&problem, &scan, &layout);
 }
 
-/* Sum of squares of the oracle's derivatives and of the differences to them. */
+/* Sum of squares of the oracle's derivatives, of the differences to them, and of their change
+ * between two points that differ by rounding. */
 typedef struct norm {
   double size;
   double difference;
+  double scatter;
 } norm;
 
 static void add_results(norm *sum, int first, int count, double weight) {
@@ -152,8 +156,10 @@ static void add_results(norm *sum, int first, int count, double weight) {
   for (i = first * problem.range_count; i < (first + count) * problem.range_count; i++) {
     const double size = weight * oracle_slope[i];
     const double difference = weight * (dual_slope[i] - oracle_slope[i]);
+    const double scatter = weight * (neighbour_slope[i] - oracle_slope[i]);
     sum->size += size * size;
     sum->difference += difference * difference;
+    sum->scatter += scatter * scatter;
   }
 }
 
@@ -164,20 +170,28 @@ static void add_results(norm *sum, int first, int count, double weight) {
 
 #define FLANK_SLOPE_BOUND 1e-9
 
+/* Where two flanks are nearly parallel, rounding moves the point where they touch, and no derivative
+ * in this precision is more accurate than that: the oracle's own ones differ between points whose
+ * variables differ in their last places. That is one sample of the rounding, so three times as much
+ * is permitted. */
+#define SCATTER_FACTOR 3
+#define LAST_PLACES 4.4e-16
+
 static double slope_bound;
 
 static void check_norm(const norm *sum, const char *kind, const char *text) {
   const double relative = sum->size > 0 ? sqrt(sum->difference / sum->size) : sum->difference;
+  const double scatter = sum->size > 0 ? sqrt(sum->scatter / sum->size) : 0;
   char message[160];
   snprintf(message, sizeof message, "%s, %s", kind, text);
-  TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(slope_bound, 0, relative, message);
+  TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(slope_bound + SCATTER_FACTOR * scatter, 0, relative, message);
 }
 
 /* Every kind of result as one matrix of derivatives: output angles under load in arcmin, side
  * clearances in arcmin, and each other limit and figure by itself. */
 static void compare_design(const char *text) {
-  norm motion = {0, 0};
-  norm gaps = {0, 0};
+  norm motion = {0, 0, 0};
+  norm gaps = {0, 0, 0};
   int i;
   for (i = 0; i < layout.count; i++) {
     TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(VALUE_BOUND, oracle_result[i], dual_result[i], text);
@@ -185,7 +199,7 @@ static void compare_design(const char *text) {
   for (i = 0; i < LM_FIGURE_COUNT; i++) {
     const int first = layout.figure_start[i];
     const int count = layout.figure_count[i];
-    norm alone = {0, 0};
+    norm alone = {0, 0, 0};
     if (i == LM_FIGURE_STRESS || i == LM_FIGURE_COST) {
       add_results(&alone, first, count, 1);
       check_norm(&alone, lm_figure_name(i), text);
@@ -197,12 +211,30 @@ static void compare_design(const char *text) {
   }
   check_norm(&motion, "output angle", text);
   for (i = 0; i < LM_SINGLE_ROWS; i++) {
-    norm alone = {0, 0};
+    norm alone = {0, 0, 0};
     add_results(&alone, layout.single_start + i, 1, 1);
     check_norm(&alone, lm_limit_name(i), text);
   }
   add_results(&gaps, layout.gap_start, layout.gap_count, 1);
   check_norm(&gaps, "side clearance", text);
+}
+
+/* The oracle's derivatives where every variable is changed by a few units in its last place; of
+ * involutes no scatter is permitted. */
+static void evaluate_neighbour(const double unit[]) {
+  static double unused[LM_RESULT_MAX];
+  double beside[LM_FREE_MAX];
+  const char *input = "";
+  int i;
+  if (!(slope_bound > SLOPE_BOUND)) {
+    memcpy(neighbour_slope, oracle_slope, sizeof neighbour_slope);
+    return;
+  }
+  for (i = 0; i < problem.range_count; i++) {
+    beside[i] = unit[i] * (1 + LAST_PLACES * (1 + i % 3));
+  }
+  TEST_ASSERT_EQUAL_INT(LM_OK, lm_complex_evaluate(&problem, &scan, &layout, 0, beside, unused,
+                                                   neighbour_slope, oracle, &input));
 }
 
 /* Random designs of every wave generator: 200, or the number in the program's argument. */
@@ -229,6 +261,7 @@ static void compare_drawn(uint32_t seed, int wanted) {
       TEST_ASSERT_EQUAL_INT(
           LM_OK, lm_complex_evaluate(&problem, &scan, &layout, 0, unit, oracle_result, oracle_slope,
                                      oracle, &input));
+      evaluate_neighbour(unit);
       snprintf(text, sizeof text, "generator %d, design %d",
                (int)problem.value[LM_KEY_GENERATOR_TYPE], draws);
       compare_design(text);
@@ -282,6 +315,10 @@ static void test_double_arcs_on_rollers(void) {
   compare_flank(LM_FLANK_DOUBLE_ARC, LM_ROLLERS);
 }
 
+static void test_double_arcs_in_a_ring(void) {
+  compare_flank(LM_FLANK_DOUBLE_ARC, LM_RING);
+}
+
 static void test_s_teeth_in_a_ring(void) {
   compare_flank(LM_FLANK_S_TOOTH, LM_RING);
 }
@@ -330,6 +367,7 @@ int main(int count, char **argument) {
   RUN_TEST(test_double_arcs_on_a_cosine_cam);
   RUN_TEST(test_double_arcs_on_two_discs);
   RUN_TEST(test_double_arcs_on_rollers);
+  RUN_TEST(test_double_arcs_in_a_ring);
   RUN_TEST(test_s_teeth_in_a_ring);
   RUN_TEST(test_s_teeth_on_an_elliptical_cam);
   RUN_TEST(test_s_teeth_on_two_discs);
