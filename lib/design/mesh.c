@@ -571,8 +571,12 @@ static lm_plain lowest_at_corner(const flank_pair *pair, const lm_sample_bend *b
 #define NEAR_RAD LM_PLAIN(3e-13) /* 1e-9 arcmin */
 #endif
 
-/* Least share of a part in which its halves are searched, and parts that wait. */
+/* Least share of a part in which its halves are searched. */
 #define SPLIT_SHARE LM_PLAIN(0.125)
+
+/* Divisions of an interval between two samples. Usually there are none or one; at a minimum between
+ * nearly parallel flanks the bound w^2 V / 8 has to fall from 1e-6 rad to NEAR_RAD on both of its
+ * sides, about ten halves of the width w on each. */
 #define SPLITS_MAX 24
 
 /* Between two points of the flank without a corner between them: parts that may contain a nearer

@@ -636,6 +636,24 @@ static void far_pairs_have_lower_bounds(void) {
   TEST_ASSERT_EQUAL(0, count_bounds(LM_REAL(0)));
 }
 
+/* The flank of the rigid gear, of either kind. */
+static void the_rigid_flank_is_the_one_of_its_kind(void) {
+  lm_involute_point found;
+  lm_involute_point expected;
+  start_arcs();
+  make_mesh();
+  found = lm_rigid_flank_at(&mesh, mesh.polar_low_mm + LM_REAL(0.1));
+  expected = lm_evaluate_conjugate(&mesh.conjugate, mesh.polar_low_mm + LM_REAL(0.1));
+  TEST_ASSERT_TRUE(found.half_angle_rad == expected.half_angle_rad &&
+                   found.tangent == expected.tangent);
+  drive = reference_a();
+  make_mesh();
+  found = lm_rigid_flank_at(&mesh, mesh.polar_low_mm + LM_REAL(0.1));
+  expected = lm_evaluate_involute(&mesh.geometry.rigid, mesh.polar_low_mm + LM_REAL(0.1));
+  TEST_ASSERT_TRUE(found.half_angle_rad == expected.half_angle_rad &&
+                   found.tangent == expected.tangent);
+}
+
 /* --- a circular spline of points -------------------------------------------------------------- */
 
 /* Points of the generated space from below its tip to its land. */
@@ -773,6 +791,7 @@ int main(void) {
   RUN_TEST(tips_that_do_not_reach_are_refused);
   RUN_TEST(a_tip_at_the_end_of_the_flank_has_the_clearance_of_its_neighbours);
   RUN_TEST(far_pairs_have_lower_bounds);
+  RUN_TEST(the_rigid_flank_is_the_one_of_its_kind);
   RUN_TEST(points_of_a_space_have_its_clearances);
   RUN_TEST(an_arc_in_an_involute_space_has_the_clearance_of_its_points);
   RUN_TEST(all_sections_have_the_flank_of_the_middle);
