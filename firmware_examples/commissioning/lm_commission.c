@@ -13,11 +13,13 @@ commissioning_finding lm_commission_start(lm_commission *c, lm_axis *a, const lm
                                           const commissioning_settings *settings) {
   commissioning_finding finding;
   if (a->state != LM_AXIS_OPEN || d->wait < LM_AXIS_WAITS_COMMAND) {
+    c->out.finding = c->on ? c->out.finding : COMMISSIONING_ABORTED;
     return COMMISSIONING_ABORTED;
   }
   memset(c, 0, sizeof *c);
   finding = commissioning_start(&c->run, settings);
   c->on = finding == COMMISSIONING_RUNNING;
+  c->out.finding = finding;
   if (c->on) {
     (void)lm_axis_guide(a, LM_UNKNOWN, 0);
   }

@@ -110,10 +110,10 @@ def test_the_page_for_the_host_names_every_call_of_the_axis_and_nothing_else() -
 KINDS = {"own_loop": "power_up", "own_brake": "power_up", "cia402_host": ""}
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_the_code_of_the_page_for_the_host_runs_an_axis(tmp_path: Path, kind: str) -> None:
+def compile_axis(tmp_path: Path, kind: str) -> None:
+    """Write the code of the page, unless it is there, and compile it with ``axis_page.c``."""
     for block in blocks.read_blocks(blocks.DOCS / "integration.md"):
-        if block.caption:
+        if block.caption and not (tmp_path / block.caption).exists():
             (tmp_path / block.caption).write_text(block.code)
     examples = blocks.ROOT / "firmware_examples"
     folders = ("axis", "commissioning", "glue", "joint")
@@ -124,7 +124,22 @@ def test_the_code_of_the_page_for_the_host_runs_an_axis(tmp_path: Path, kind: st
     words += [f"-I{examples / folder}" for folder in folders]
     words += [f"-DKIND={list(KINDS).index(kind)}", "-DLM_REAL_BITS=32", blocks.library(32)]
     blocks.compile_c([*words, "-o", "axis"], tmp_path)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_code_of_the_page_for_the_host_runs_an_axis(tmp_path: Path, kind: str) -> None:
+    compile_axis(tmp_path, kind)
     blocks.run([tmp_path / "axis"], tmp_path)
+
+
+def test_a_loop_whose_setpoint_is_not_at_the_motor_is_not_enabled(tmp_path: Path) -> None:
+    page = {x.caption: x.code for x in blocks.read_blocks(blocks.DOCS / "integration.md")}
+    right = "lm_axis_tick(a, &at, motor_rad()"
+    assert right in page["own_loop.c"]
+    wrong = page["own_loop.c"].replace(right, right.replace("motor_rad", "-motor_rad"))
+    (tmp_path / "own_loop.c").write_text(wrong)
+    compile_axis(tmp_path, "own_loop")
+    blocks.run([tmp_path / "axis", "wrong"], tmp_path)
 
 
 def test_the_decision_for_floating_point_is_on_the_page_of_costs() -> None:
