@@ -378,6 +378,7 @@ static maker scan_radius(const generation *g, lm_real above) {
   best.foot_mm = LM_REAL(0);
   best.part = LM_PART_FLANK;
   best.piece = 0;
+  best.rival = 0;
   rivals = 0;
   for (i = 0; i < candidates; i++) {
     if (value[i] >= limit - MISSED_PITCHES * pitch) {
@@ -986,18 +987,16 @@ static lm_status check_rigid_points(const lm_flank_points *p, const lm_geometry 
 }
 
 /* The points as a flank about the gear's own centre. */
-static lm_flank flank_of_points(const lm_flank_points *p) {
-  lm_flank flank;
-  flank.kind = LM_FLANK_POINTS;
-  flank.neutral_mm = LM_REAL(0);
-  flank.low_mm = LM_REAL(p->along_mm[0]);
-  flank.high_mm = LM_REAL(p->along_mm[p->count - 1]);
-  flank.points = p;
-  flank.points_shift_mm = LM_REAL(0);
-  flank.relief_mm = LM_REAL(0);
-  flank.joints = 0;
-  flank.inward = 0;
-  return flank;
+static void take_points(const lm_flank_points *p, lm_flank *flank) {
+  flank->kind = LM_FLANK_POINTS;
+  flank->neutral_mm = LM_REAL(0);
+  flank->low_mm = LM_REAL(p->along_mm[0]);
+  flank->high_mm = LM_REAL(p->along_mm[p->count - 1]);
+  flank->points = p;
+  flank->points_shift_mm = LM_REAL(0);
+  flank->relief_mm = LM_REAL(0);
+  flank->joints = 0;
+  flank->inward = 0;
 }
 
 static lm_real radius_of_end(const lm_flank *flank, lm_real parameter_mm) {
@@ -1030,7 +1029,7 @@ lm_status lm_tabulate_rigid_points(const lm_flank_points *points, const lm_geome
   if (status != LM_OK) {
     return status;
   }
-  flank = flank_of_points(points);
+  take_points(points, &flank);
   inner_mm = radius_of_end(&flank, flank.low_mm);
   outer_mm = radius_of_end(&flank, flank.high_mm);
   made.low_mm = geometry->rigid_tip_mm - shift_mm;

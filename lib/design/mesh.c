@@ -86,6 +86,9 @@ static flank_point evaluate_foot(const flank_pair *pair, const lm_flank_foot *fo
   point.gap_slope = -pair->closing * (rigid.tangent * point.radius_slope / point.radius_mm +
                                       pair->side * (along * d_across - across * d_along) / square);
   point.flank_angle_rad = rigid.pressure_angle_rad - rigid.half_angle_rad;
+  point.tangent = rigid.tangent;
+  point.half_angle_rad = rigid.half_angle_rad;
+  point.piece = 0;
   return point;
 }
 
