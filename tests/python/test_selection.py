@@ -206,14 +206,19 @@ def test_what_unseen_runs_do_not_confirm_is_of_no_use_beside_an_effect(warm_gap)
     opened, spelled = (refit(current, found[name]) for name in ("thermal_gap", "kinematic_error"))
     spelled.gain = 2.0 * opened.gain
     assert simplest([opened, spelled]) is spelled
-    assert of_use(model, [opened, spelled]) == ([opened], [spelled])
-    assert of_use(model, [spelled]) == ([], [spelled])
+    assert of_use(model, current, [opened, spelled]) == ([opened], [spelled])
+    assert of_use(model, current, [spelled]) == ([], [spelled])
     # An unnamed shape may be the same residual.
     nameless = [r for r in found.values() if not current.candidates[r.name].named]
     shape = refit(current, nameless[-1])
     assert model.fall_of_left_out(shape) < 0.01
-    assert of_use(model, [shape]) == ([shape], [])
-    assert of_use(model, [spelled, shape]) == ([], [spelled, shape])
+    assert of_use(model, current, [shape]) == ([shape], [])
+    assert of_use(model, current, [spelled, shape]) == ([], [spelled, shape])
+    # Beside an effect it could displace that one, and must predict better as well.
+    assert of_use(model, current, [opened, shape]) == ([opened], [shape])
+    later = warm_gap.selection.steps[1].round
+    assert later.has_effects
+    assert of_use(model, later, [shape]) == ([], [shape])
     # Reduction of the error by an effect of the least size, a tenth of the noise (arcsec^2).
     assert model.fall_of_left_out(spelled) < 0.01 < model.fall_of_left_out(opened)
     # The models are those of the answer, or the present one after more steps.

@@ -84,7 +84,7 @@ def choose_among(
     apart = [result for result in results if not current.candidates[result.name].of_form]
     contenders = as_kept(tried)
     confirmed = [c for c in contenders if c.passes]
-    confirmed, idle = of_use(model, confirmed)
+    confirmed, idle = of_use(model, current, confirmed)
     rejected = rejected | {c.name for c in idle}
     effects = [c for c in confirmed if c.candidate.named]
     shape = simplest([c for c in confirmed if not c.candidate.named])
@@ -239,23 +239,24 @@ def as_kept(contenders: Sequence[Contender]) -> list[Contender]:
 
 
 def of_use(
-    model: GrowingModel, confirmed: list[Contender]
+    model: GrowingModel, current: ContestRound, confirmed: list[Contender]
 ) -> tuple[list[Contender], list[Contender]]:
-    """Remove effects that do not improve the prediction of the present model.
+    """Remove candidates that do not improve the prediction of the present model.
 
     What is missing must be confirmed by the models of the answer (`GrowingModel.confirms`). The
-    strongest effect is tested first, then the next one, until one improves the prediction. Shapes
-    are tested only after an effect has failed, because they may be the same residual without a
-    name.
+    strongest effect is tested first, then the next one, until one improves the prediction. A shape
+    can displace an effect, one that passes or one of the model, only if it improves the prediction
+    as well; where there is none, a shape says that something remains, and is not tested.
 
     Returns
     -------
     confirmed, idle : list of Contender
     """
     left, idle = list(confirmed), list[Contender]()
+    beside_effect = current.has_effects or any(c.candidate.named for c in confirmed)
     for named in (True, False):
         while best := simplest([c for c in left if c.candidate.named is named]):
-            if (not named and not idle) or model.confirms(best):
+            if not beside_effect or model.confirms(best):
                 break
             left.remove(best)
             idle.append(best)
