@@ -13,8 +13,17 @@ static float added_rad(const lm_axis *a) {
   return a->output_loop ? 0 : a->correction.correction_rad;
 }
 
-float lm_axis_reported(const lm_axis *a, float motor_over_ratio_rad) {
+/* Motor angles per angle of the output: those of the encoder of the loop. */
+static float turns(const lm_axis *a) {
+  return a->output_loop ? 1 : a->ratio;
+}
+
+static float report(const lm_axis *a, float motor_over_ratio_rad) {
   return motor_over_ratio_rad - added_rad(a) + a->zero_rad;
+}
+
+float lm_axis_reported(const lm_axis *a, float motor_rad) {
+  return report(a, motor_rad / turns(a));
 }
 
 static float size(float value) {
@@ -56,27 +65,39 @@ static void take_parameters(lm_axis *a, const lm_parameters *parameters) {
   a->rang = 0;
 }
 
-static lm_status refuse(lm_fault *fault, lm_status status, const char *input, float found) {
+static lm_status refuse(lm_fault *fault, lm_status status, const char *input, float found,
+                        float most) {
   if (fault) {
     fault->status = status;
     fault->input = input;
     fault->found = found;
-    fault->low = -LM_AXIS_ANGLE_MAX_RAD;
-    fault->high = LM_AXIS_ANGLE_MAX_RAD;
+    fault->low = -most;
+    fault->high = most;
   }
   return status;
 }
 
 lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_axis_kept *kept,
-                           const lm_conditions *at, float motor_over_ratio_rad, float zero_rad,
+                           const lm_conditions *at, float motor_rad, float zero_rad,
                            lm_fault *fault) {
+  const float ratio = a->ratio;
+  const int output_loop = a->output_loop;
   lm_conditions first = *at;
   lm_status status;
+  float motor_over_ratio_rad;
   memset(a, 0, sizeof *a);
-  if (!is_angle(motor_over_ratio_rad) || !is_angle(zero_rad)) {
-    return is_angle(zero_rad)
-               ? refuse(fault, LM_OUT_OF_RANGE, "motor_over_ratio_rad", motor_over_ratio_rad)
-               : refuse(fault, LM_OUT_OF_RANGE, "zero_rad", zero_rad);
+  a->ratio = ratio;
+  a->output_loop = output_loop;
+  if (!(size(ratio) > 0 && size(ratio) < LM_UNKNOWN)) {
+    return refuse(fault, LM_OUT_OF_RANGE, "ratio", ratio, LM_UNKNOWN);
+  }
+  motor_over_ratio_rad = motor_rad / turns(a);
+  if (!is_angle(motor_over_ratio_rad)) {
+    return refuse(fault, LM_OUT_OF_RANGE, "motor_rad", motor_rad,
+                  LM_AXIS_ANGLE_MAX_RAD * size(turns(a)));
+  }
+  if (!is_angle(zero_rad)) {
+    return refuse(fault, LM_OUT_OF_RANGE, "zero_rad", zero_rad, LM_AXIS_ANGLE_MAX_RAD);
   }
   a->gravity_Nm = is_known(at->torque_Nm) ? at->torque_Nm : 0;
   status = lm_start_compensator(&a->compensator, parameters, a->gravity_Nm, fault);
@@ -86,6 +107,7 @@ lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_axis_
   take_parameters(a, parameters);
   a->unseen = 1;
   if (kept) {
+    a->commissioned = kept->commissioned == 1 && kept->fingerprint == parameters->fingerprint;
     /* A history that was never saved, or belongs to other parameters, is refused: the memory
      * remains unknown. */
     if (lm_restore_compensator(&a->compensator, &kept->history, 0) == LM_OK &&
@@ -117,7 +139,7 @@ lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_axis_
   a->setpoint_rad = motor_over_ratio_rad;
   a->motor_rad = motor_over_ratio_rad;
   a->seen_rad = motor_over_ratio_rad;
-  a->command_rad = lm_axis_reported(a, motor_over_ratio_rad);
+  a->command_rad = report(a, motor_over_ratio_rad);
   return LM_OK;
 }
 
@@ -264,11 +286,14 @@ float lm_axis_use_sensor(lm_axis *a, float commanded_Nm, float sensed_Nm) {
 
 float lm_axis_use_current(lm_axis *a, const lm_motor *motor, float commanded_Nm, float current_A,
                           float motor_rad_s, float acceleration_rad_s2, int follows) {
-  const float motor_rad_s2 =
-      motor->ratio * (acceleration_rad_s2 + a->correction.acceleration_rad_s2);
-  const float sensed_Nm = lm_estimate_torque(motor, current_A, motor_rad_s, motor_rad_s2);
   const int bears = follows && a->state >= LM_AXIS_PAUSED;
   const lm_axis_source before = a->source;
+  lm_motor here = *motor;
+  float sensed_Nm;
+  here.ratio = a->output_loop ? motor->ratio : a->ratio;
+  sensed_Nm =
+      lm_estimate_torque(&here, current_A, motor_rad_s,
+                         here.ratio * (acceleration_rad_s2 + a->correction.acceleration_rad_s2));
   if (!is_known(commanded_Nm)) {
     lm_axis_forget(a);
     return commanded_Nm;
@@ -289,10 +314,16 @@ float lm_axis_use_current(lm_axis *a, const lm_motor *motor, float commanded_Nm,
     return use(a, a->believed_Nm);
   }
   if (before != LM_AXIS_CURRENT) {
-    a->bound_Nm = lm_bound_torque(motor, a->torque_Nm, 0);
+    a->bound_Nm = lm_bound_torque(&here, a->torque_Nm, 0);
   }
-  a->bound_Nm += a->share * (lm_bound_torque(motor, a->sensed_Nm, motor_rad_s) - a->bound_Nm);
+  a->bound_Nm += a->share * (lm_bound_torque(&here, a->sensed_Nm, motor_rad_s) - a->bound_Nm);
   return use(a, lm_hold_torque(&a->believed_Nm, a->beyond_Nm, a->bound_Nm));
+}
+
+static float rate(const lm_axis *a) {
+  return a->state == LM_AXIS_CLOSED || a->guides
+             ? a->correction.velocity_rad_s + a->moved_rad / a->follow.period_s
+             : 0;
 }
 
 /* Around the setpoint: what a position loop yields, and the way of a motor that is behind, or stops. */
@@ -305,7 +336,7 @@ static float find_room(const lm_axis *a) {
 static void judge_motor(lm_axis *a, float motor_over_ratio_rad) {
   const float period_s = a->follow.period_s;
   const float moved_rad = motor_over_ratio_rad - a->motor_rad;
-  const float rate_rad_s = size(a->state == LM_AXIS_OPEN ? moved_rad / period_s : lm_axis_rate(a));
+  const float rate_rad_s = size(a->state == LM_AXIS_OPEN ? moved_rad / period_s : rate(a));
   const float apart_rad = motor_over_ratio_rad - a->setpoint_rad;
   a->parted = 0;
   if (!is_there(motor_over_ratio_rad)) {
@@ -445,15 +476,11 @@ static void keep_conditions(lm_axis *a, lm_conditions *now) {
 #undef PASSES
 }
 
-float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_rad, float wish_rad,
-                   int follows) {
+static void step(lm_axis *a, const lm_conditions *at, float motor_over_ratio_rad, float wish_rad,
+                 int follows) {
   const int rests = a->follow.rested_s >= LM_FOLLOW_REST_S;
   lm_conditions now = *at;
   int begins;
-  if (a->state == LM_AXIS_OFF) {
-    a->waits = LM_AXIS_WAITS_START;
-    return a->setpoint_rad;
-  }
   if (!a->begun) {
     now.elapsed_s = 0; /* a start takes longer than a period */
     a->begun = 1;
@@ -491,7 +518,7 @@ float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_r
       a->correction.velocity_rad_s = 0;
       a->correction.acceleration_rad_s2 = 0;
     }
-    return a->setpoint_rad;
+    return;
   }
   a->still = 0;
   a->still_s = 0;
@@ -505,30 +532,40 @@ float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_r
     a->seen_rad = motor_over_ratio_rad;
     a->holds = 0;
   }
-  a->command_rad = lm_axis_reported(a, a->setpoint_rad);
+  a->command_rad = report(a, a->setpoint_rad);
   begins = lm_follow_waits(&a->follow, a->command_rad, wish_rad) && !a->guided;
   if (a->state == LM_AXIS_PAUSED && a->waits == LM_AXIS_READY) {
-    a->waits = a->source_waits ? LM_AXIS_WAITS_SOURCE
-               : !follows      ? LM_AXIS_WAITS_DRIVE
-               : begins        ? LM_AXIS_READY
-                               : LM_AXIS_WAITS_PLANNER;
+    a->waits = a->source_waits    ? LM_AXIS_WAITS_SOURCE
+               : !follows         ? LM_AXIS_WAITS_DRIVE
+               : !begins          ? LM_AXIS_WAITS_PLANNER
+               : !a->commissioned ? LM_AXIS_WAITS_COMMISSION
+                                  : LM_AXIS_READY;
     a->state = begins && a->waits == LM_AXIS_READY ? LM_AXIS_CLOSED : LM_AXIS_PAUSED;
   }
   if (a->state == LM_AXIS_PAUSED && a->far && a->waits == LM_AXIS_WAITS_STAND) {
     a->waits = LM_AXIS_WAITS_ANGLE;
   }
   follow_guide(a, follows);
-  return a->setpoint_rad;
+}
+
+float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_rad, float wish_rad,
+                   int follows) {
+  if (a->state == LM_AXIS_OFF) {
+    a->waits = LM_AXIS_WAITS_START;
+  } else {
+    step(a, at, motor_rad / turns(a), wish_rad, follows);
+  }
+  return a->setpoint_rad * turns(a);
 }
 
 float lm_axis_rate(const lm_axis *a) {
-  return a->state == LM_AXIS_CLOSED || a->guides
-             ? a->correction.velocity_rad_s + a->moved_rad / a->follow.period_s
-             : 0;
+  return rate(a) * a->ratio;
 }
 
 float lm_axis_feed(const lm_axis *a) {
-  return -approach(0, a->guides ? a->guide_Nm : a->fed_Nm, a->limit_Nm);
+  return a->state == LM_AXIS_OFF
+             ? 0
+             : -approach(0, a->guides ? a->guide_Nm : a->fed_Nm, a->limit_Nm) / a->ratio;
 }
 
 int lm_axis_guide(lm_axis *a, float command_rad, const lm_correction *correction) {
@@ -544,12 +581,14 @@ lm_axis_wait lm_axis_close(lm_axis *a) {
   if (a->state != LM_AXIS_OPEN) {
     return a->state == LM_AXIS_OFF ? LM_AXIS_WAITS_START : LM_AXIS_READY;
   }
-  if (a->waits == LM_AXIS_READY && a->stood_s < a->follow.stand_s) {
+  a->unfed = a->unfed || a->guided;
+  if (!a->commissioned && !a->unfed) {
+    a->waits = LM_AXIS_WAITS_COMMISSION;
+  } else if (a->waits == LM_AXIS_READY && a->stood_s < a->follow.stand_s) {
     a->waits = LM_AXIS_WAITS_STAND; /* a change since the tick */
   }
   if (a->waits == LM_AXIS_READY) {
     a->state = LM_AXIS_PAUSED;
-    a->unfed = a->unfed || a->guided;
     a->fed_Nm = a->unfed ? 0 : a->torque_Nm;
   }
   return a->waits;
@@ -611,20 +650,22 @@ lm_axis_wait lm_axis_headroom(lm_axis *a, const lm_headroom *headroom) {
 }
 
 lm_status lm_axis_change(lm_axis *a, const lm_parameters *parameters, lm_fault *fault) {
+  const lm_parameters *before = a->compensator.parameters;
   lm_status status;
   if (a->state == LM_AXIS_CLOSED && lm_axis_pause(a)) {
-    return refuse(fault, LM_INCONSISTENT, "wish_rad", a->moved_rad);
+    return refuse(fault, LM_INCONSISTENT, "wish_rad", a->moved_rad, 0);
   }
   status = lm_change_parameters(&a->compensator, parameters, fault);
   if (status == LM_OK) {
+    a->commissioned = a->commissioned && parameters->fingerprint == before->fingerprint;
     take_parameters(a, parameters);
   }
   forget_standstill(a);
   return status;
 }
 
-float lm_axis_reference(lm_axis *a, float motor_over_ratio_rad, float angle_rad) {
-  const float shift_rad = angle_rad - lm_axis_reported(a, motor_over_ratio_rad);
+float lm_axis_reference(lm_axis *a, float motor_rad, float angle_rad) {
+  const float shift_rad = angle_rad - lm_axis_reported(a, motor_rad);
   const float lags_rad = a->correction.correction_rad + a->correction.lost_motion_rad;
   if (a->state == LM_AXIS_OFF || !is_angle(a->zero_rad + shift_rad)) {
     return -1;
@@ -666,6 +707,8 @@ lm_axis_wait lm_axis_power_down(lm_axis *a, lm_axis_kept *kept) {
   kept->beyond_Nm = a->beyond_Nm;
   kept->gravity_Nm = a->gravity_Nm;
   kept->unseen = a->unseen;
+  kept->commissioned = a->commissioned;
+  kept->fingerprint = a->compensator.parameters->fingerprint;
   a->state = LM_AXIS_OFF;
   return LM_AXIS_READY;
 }

@@ -2,10 +2,15 @@
  * on the motor. lm_drive.h enables the drive and releases the brake. The page "Integration" has the
  * sequence; each function states what it refuses.
  *
- * motor_over_ratio_rad is the motor angle / signed ratio, not the motor angle: a float within
- * +-LM_AXIS_ANGLE_MAX_RAD: subtract a fixed origin from the encoder's counts as integers, then
- * convert. NaN: not measured, too old. The motor's velocity comes from differences of counts, not
- * of motor_over_ratio_rad. */
+ * The host sets `ratio` (and output_loop) of a zeroed struct once; power-up keeps them. motor_rad,
+ * setpoint, velocity and torque for the loop are those of the motor; wish, command, zero and
+ * reported angle those of the output.
+ * motor_rad is a float, at the output within +-LM_AXIS_ANGLE_MAX_RAD: subtract a fixed origin from
+ * the encoder's counts as integers, then convert. NaN: not measured, too old. The motor's velocity
+ * comes from differences of counts, not of motor_rad.
+ *
+ * A position loop on an encoder at the output (output_loop): motor_rad and the setpoint are those
+ * of this encoder; velocity and torque remain those of the motor. */
 #ifndef LM_AXIS_H
 #define LM_AXIS_H
 
@@ -64,28 +69,33 @@ typedef enum lm_axis_wait {
   LM_AXIS_WAITS_PLANNER,   /* to close: the planner is not at command_rad; to pause: it moves */
   LM_AXIS_WAITS_ANGLE,     /* the planner went further than LM_AXIS_ANGLE_MAX_RAD */
   LM_AXIS_WAITS_COMMAND,   /* lm_drive.h: no command, or it has expired or ended by a trip */
-  LM_AXIS_WAITS_PARTED     /* lm_drive.h: the same, the motor was parted from the setpoint */
+  LM_AXIS_WAITS_PARTED,    /* lm_drive.h: the same, the motor was parted from the setpoint */
+  LM_AXIS_WAITS_COMMISSION /* not commissioned with these parameters */
 } lm_axis_wait;
 
 typedef enum lm_axis_source { LM_AXIS_COMMAND = 0, LM_AXIS_SENSOR, LM_AXIS_CURRENT } lm_axis_source;
 
 typedef struct lm_axis {
+  float ratio;     /* signed: motor turns per output turn */
+  int output_loop; /* 1: position loop on an encoder at the output: only the rates are used */
   lm_axis_state state;
   lm_axis_wait waits; /* LM_AXIS_OPEN: for lm_axis_close; LM_AXIS_PAUSED: for LM_AXIS_CLOSED */
   lm_compensator compensator;
   lm_correction correction; /* of this tick, with the status and the rates for a feed-forward, which
                                are 0 unless LM_AXIS_CLOSED */
-  float setpoint_rad;       /* last one, motor angle / signed ratio */
-  float command_rad;        /* commanded output angle; the reported one unless LM_AXIS_CLOSED */
-  float moved_rad;          /* change of the command in this tick, for lm_guess_torque */
-  float torque_Nm;          /* external, in use */
-  float zero_rad;   /* reported angle at motor_over_ratio_rad 0 and correction 0: store it */
-  lm_follow follow; /* of the planner, with period and LM_AXIS_STAND in seconds */
+  int commissioned; /* with these parameters: otherwise the axis closes for a commissioning only. 1
+                         after power-up: taken as commissioned */
+  float setpoint_rad; /* last one, at the output */
+  float command_rad;  /* commanded output angle; the reported one unless LM_AXIS_CLOSED */
+  float moved_rad;    /* change of the command in this tick, for lm_guess_torque */
+  float torque_Nm;    /* external, in use */
+  float zero_rad;     /* reported angle at motor_rad 0 and correction 0: store it */
+  lm_follow follow;   /* of the planner, with period and LM_AXIS_STAND in seconds */
   lm_mode mode;
   lm_standstill standstill;
   float stood_s;
   float stood_at_rad; /* of the motor, with the loop open */
-  float motor_rad;    /* last one, / signed ratio */
+  float motor_rad;    /* last one, at the output */
   float fast_rad_s;   /* recent rate of setpoint or open motor */
   float seen_rad;     /* setpoint at which the angle of the motor changed last */
   int far;            /* the planner went further than an angle may */
@@ -112,9 +122,7 @@ typedef struct lm_axis {
   lm_correction guide;
   int holds;    /* lm_axis_hold: the next angle of the motor is the setpoint, as after a lost bus */
   int at_motor; /* the setpoint is the angle of the motor of this tick */
-  int output_loop; /* 1: position loop on an encoder at the output, which is then the motor of this
-                      header: only the rates are used. Set it after lm_axis_power_up */
-  int alone;       /* the correction moves, the joint does not */
+  int alone;    /* the correction moves, the joint does not */
   uint32_t moving_state; /* bits that move it */
   lm_axis_source source; /* of the torque */
   int source_waits;      /* another one was requested in this tick */
@@ -139,23 +147,26 @@ typedef struct lm_axis {
 } lm_axis;
 
 /* What lm_drive_power_down saves, for memory that survives. beyond_Nm: what a measurement added to
- * the torque of the command. Set history.format to 0 if the load changed meanwhile. */
+ * the torque of the command. Set history.format to 0 if the load changed meanwhile. commissioned
+ * stays at power-up; it holds for the parameters of this fingerprint. */
 typedef struct lm_axis_kept {
   lm_saved history;
+  int commissioned;
+  uint32_t fingerprint;
   float beyond_Nm;
   float gravity_Nm;
   int unseen;
 } lm_axis_kept;
 
 /* Power-up, the loop open, the brake on. at: the conditions, with the torque of the command:
- * gravity at motor_over_ratio_rad + zero_rad, or LM_UNKNOWN: that of the power-down. zero_rad: the
+ * gravity at motor_rad / ratio + zero_rad, or LM_UNKNOWN: that of the power-down. zero_rad: the
  * stored zero of an absolute encoder, otherwise 0. kept: of the last power-down, or null. It is
  * used up: write *kept back to its memory before the loop closes, so that a later reset does not
  * restore it again. Errors: those of lm_start_compensator; LM_OUT_OF_RANGE
- * ("motor_over_ratio_rad", "zero_rad": not finite or beyond LM_AXIS_ANGLE_MAX_RAD). Then the axis
- * is off, and the setpoint 0 means nothing. A measured torque: then lm_declare_torque_error. */
+ * ("ratio": 0 or not finite; "motor_rad", "zero_rad": not finite or beyond LM_AXIS_ANGLE_MAX_RAD at
+ * the output). Then the axis is off, and the setpoint 0 means nothing. A measured torque: then lm_declare_torque_error. */
 lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_axis_kept *kept,
-                           const lm_conditions *at, float motor_over_ratio_rad, float zero_rad,
+                           const lm_conditions *at, float motor_rad, float zero_rad,
                            lm_fault *fault);
 
 /* The torque for lm_conditions: one of the three in every tick, before lm_axis_tick, in all states.
@@ -177,8 +188,8 @@ lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_axis_
 float lm_axis_use_command(lm_axis *a, float commanded_Nm);
 float lm_axis_use_sensor(lm_axis *a, float commanded_Nm, float sensed_Nm);
 
-/* motor_rad_s: velocity of the motor shaft, from counts; acceleration_rad_s2: of the planner, at
- * the output. follows: of lm_drive. The current is used once the drive has followed, and so borne
+/* motor: its ratio is that of the axis, whatever it states. motor_rad_s: velocity of the motor
+ * shaft, from counts; acceleration_rad_s2: of the planner, at the output. follows: of lm_drive. The current is used once the drive has followed, and so borne
  * the load, for the time of LM_AXIS_STAND; until then the torque of the command plus the last
  * difference. In LM_AXIS_CLOSED, while planner and motor rest, a change of the current is friction,
  * whatever lm_motor states, and changes nothing; a motor that has moved by LM_AXIS_STILL_RAD from
@@ -193,11 +204,11 @@ float lm_axis_use_current(lm_axis *a, const lm_motor *motor, float commanded_Nm,
  * has it from the measurement, the command alone forgets what a measurement had added. */
 float lm_axis_gravity(lm_axis *a, float gravity_Nm, int homed);
 
-/* Velocity feed-forward, of the output: that of command and correction in LM_AXIS_CLOSED, otherwise
+/* Velocity feed-forward, of the motor: that of command and correction in LM_AXIS_CLOSED, otherwise
  * 0. */
 float lm_axis_rate(const lm_axis *a);
 
-/* Torque feed-forward, of the output: against the load, within torque_limit_Nm. After lm_axis_close
+/* Torque feed-forward, of the motor: against the load, within torque_limit_Nm at the output. After lm_axis_close
  * it changes with the torque of the command alone: fed forward, a measurement would close a loop
  * that oscillates. What is measured or becomes known is already borne by the integrator, and it
  * creeps there. 0 if the loop was closed for a test, except in its small motion that finds the sign. */
@@ -208,16 +219,16 @@ float lm_axis_feed(const lm_axis *a);
  * interpolate a slower planner. While the state is not LM_AXIS_CLOSED the planner is at rest at
  * command_rad, within LM_FOLLOW_NEAR_RAD. In LM_AXIS_CLOSED the axis is paused by a wish that
  * steps (follow.step_rad_s), or is missing (not finite) for more than LM_FOLLOW_LOST_TICKS; by an
- * elapsed_s above 1 / response_per_s (missed ticks); and before motor_over_ratio_rad leaves
+ * elapsed_s above 1 / response_per_s (missed ticks); and before motor_rad leaves
  * +-LM_AXIS_ANGLE_MAX_RAD, where the axis could not be started: lm_axis_turn.
- * Returns the setpoint of the position loop, motor angle / signed ratio.
+ * Returns the setpoint of the position loop.
  *
  * follows: of lm_drive: 1 while the drive reports that it follows the setpoint, and the brake
- * has opened. With 0, or motor_over_ratio_rad not finite for more than LM_FOLLOW_LOST_TICKS (lost
+ * has opened. With 0, or motor_rad not finite for more than LM_FOLLOW_LOST_TICKS (lost
  * bus), LM_AXIS_CLOSED becomes LM_AXIS_PAUSED: the setpoint stays at once, also in motion. After a
  * bus that was lost for LM_AXIS_STAND it is the angle of the motor: the drive has stopped there.
  * LM_AXIS_PAUSED lasts until it is 1 and the angle is there. */
-float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_over_ratio_rad, float wish_rad,
+float lm_axis_tick(lm_axis *a, const lm_conditions *at, float motor_rad, float wish_rad,
                    int follows);
 
 /* A test instead of the planner (commissioning): call it before every tick. The axis then stays in
@@ -235,7 +246,8 @@ lm_axis_wait lm_axis_pause(lm_axis *a);
 
 /* Another mode, headroom (null: none), other parameters. LM_AXIS_CLOSED is paused first, except for
  * LM_MODE_HOLD, so that nothing moves: refused while the planner moves (LM_INCONSISTENT,
- * "wish_rad"). Otherwise the results of lm_change_parameters. LM_MODE_RESET and in the same tick
+ * "wish_rad"). Otherwise the results of lm_change_parameters; parameters of another fingerprint are
+ * not commissioned. LM_MODE_RESET and in the same tick
  * LM_MODE_RUN end the ringing. */
 lm_axis_wait lm_axis_set_mode(lm_axis *a, lm_mode mode);
 lm_axis_wait lm_axis_headroom(lm_axis *a, const lm_headroom *headroom);
@@ -244,25 +256,25 @@ lm_status lm_axis_change(lm_axis *a, const lm_parameters *parameters, lm_fault *
 /* States that the output is now at angle_rad, at rest or in motion. The planner shifts with
  * command_rad; nothing moves, even if it does so some ticks later: add the change of zero_rad to
  * its position, its target and every sample that an interpolator holds; its velocity stays. A wish
- * on the way from the old to the shifted one pauses the axis, also in motion. motor_over_ratio_rad:
+ * on the way from the old to the shifted one pauses the axis, also in motion. motor_rad:
  * latched at the switch. Returns by how much the zero may be wrong, rad, if the torque is right: an
  * error of the torque adds its own wind-up. If that is too much, drive a load cycle and home again.
  * If gravity was computed with the zero of before, the torque in use is still that: lm_axis_pause
  * shortens its way to the new value. Off, or an angle that is not valid: returns -1 and changes
  * nothing. */
-float lm_axis_reference(lm_axis *a, float motor_over_ratio_rad, float angle_rad);
+float lm_axis_reference(lm_axis *a, float motor_rad, float angle_rad);
 
-/* The index of an incremental encoder: latched_rad: motor / ratio there; index_rad: latched_rad +
- * zero_rad there once the axis is home, a constant of the axis. As lm_axis_reference. */
+/* The index of an incremental encoder: latched_rad: of the motor there; index_rad: latched_rad /
+ * ratio + zero_rad there once the axis is home, a constant of the axis. As lm_axis_reference. */
 float lm_axis_index(lm_axis *a, float latched_rad, float index_rad);
 
 /* For an axis that turns without end: whole turns of the output were added to the origin of
- * motor_over_ratio_rad, command and planner (by_rad: -2 pi, for example). Call it before the tick
+ * motor_rad, command and planner (by_rad: -2 pi, for example). Call it before the tick
  * with the new angles. */
 void lm_axis_turn(lm_axis *a, float by_rad);
 
 /* Actual output angle. */
-float lm_axis_reported(const lm_axis *a, float motor_over_ratio_rad);
+float lm_axis_reported(const lm_axis *a, float motor_rad);
 
 /* A load acts, or has acted, that the torque does not contain, such as a collision: from here to
  * LM_AXIS_CLOSED the history is unknown (lm_declare_memory_unknown), and nothing moves. The axis
@@ -272,7 +284,8 @@ void lm_axis_forget(lm_axis *a);
 
 /* Called by lm_drive.c, which knows when. From LM_AXIS_OPEN to LM_AXIS_PAUSED: after a standstill
  * of motor and correction, in the cycle that enables the drive or with the brake on; otherwise the
- * reason. The setpoint stays from here on. Until the position loop bears the load, it yields by its
+ * reason; LM_AXIS_WAITS_COMMISSION unless a commissioning (lm_axis_guide) closes it. The setpoint
+ * stays from here on. Until the position loop bears the load, it yields by its
  * own error: feed the load forward. */
 lm_axis_wait lm_axis_close(lm_axis *a);
 

@@ -14,7 +14,7 @@ static int take_report(lm_drive *d, lm_axis *a, const lm_drive_report *report) {
   left = operated && !d->last.enabled;
   d->operated = d->last.enabled && !d->last.fault;
   d->ending = d->ending && d->operated;
-  d->parted = d->parted || parts;
+  d->ended = parts ? LM_AXIS_WAITS_PARTED : d->ended;
   tripped = d->last.fault || parts || (left && d->enable);
   if (tripped && operated) {
     lm_axis_forget(a);
@@ -25,15 +25,16 @@ static int take_report(lm_drive *d, lm_axis *a, const lm_drive_report *report) {
   return tripped;
 }
 
-/* 1: the axis shall be closed. */
-static int judge_command(lm_drive *d, const lm_axis *a, int tripped, int run) {
+static void judge_command(lm_drive *d, const lm_axis *a, int tripped, int run) {
   const float period_s = a->follow.period_s;
   d->armed = a->state != LM_AXIS_OFF && a->begun && (!run || (d->armed && !tripped));
   d->enabling_s = run && d->armed && !d->operated ? d->enabling_s + period_s : 0;
   if (d->enabling_s > LM_DRIVE_ENABLING_S) {
     d->armed = 0;
+    d->ended = d->wait;
   }
-  return run && d->armed;
+  d->runs = run && d->armed;
+  d->ended = d->runs ? LM_AXIS_READY : d->ended;
 }
 
 static lm_axis_wait start(lm_drive *d, lm_axis *a) {
@@ -50,6 +51,11 @@ static lm_axis_wait start(lm_drive *d, lm_axis *a) {
       lm_axis_hold(a);
     } else if (lm_axis_close(a) != LM_AXIS_READY) {
       d->enable = d->enable && d->operated;
+      if (a->waits == LM_AXIS_WAITS_COMMISSION) { /* another request */
+        d->armed = 0;
+        d->runs = 0;
+        d->ended = a->waits;
+      }
       return a->waits;
     }
   }
@@ -81,20 +87,29 @@ static void leave(lm_drive *d, lm_axis *a, int rests) {
 void lm_drive_step(lm_drive *d, lm_axis *a, const lm_drive_report *report, int run) {
   const float period_s = a->follow.period_s;
   const int tripped = take_report(d, a, report);
-  const int runs = judge_command(d, a, tripped, run);
   const int rests = a->state != LM_AXIS_CLOSED || a->follow.rested_s >= LM_FOLLOW_REST_S;
-  d->parted = d->parted && !runs;
-  d->wait = d->parted ? LM_AXIS_WAITS_PARTED : LM_AXIS_WAITS_COMMAND;
-  if (runs) {
+  judge_command(d, a, tripped, run);
+  if (d->runs) {
     d->wait = start(d, a);
     d->release = d->enable && d->operated;
   } else if (rests || d->own_stop || d->last.fault) {
     stop(d, a, tripped, period_s);
   }
+  d->wait = d->runs ? d->wait : d->ended ? d->ended : LM_AXIS_WAITS_COMMAND;
   d->released_s = d->release ? d->released_s + period_s : 0;
   leave(d, a, rests);
   d->follows = !a->unfeeds && d->release && !(d->standstill && rests) &&
                a->state >= LM_AXIS_PAUSED && d->released_s >= d->opening_s;
+}
+
+void lm_drive_part(lm_drive *d, lm_axis *a) {
+  d->armed = 0;
+  d->runs = 0;
+  d->ended = LM_AXIS_WAITS_PARTED;
+  d->enable = 0;
+  d->release = 0;
+  d->follows = 0;
+  lm_axis_forget(a);
 }
 
 const char *lm_drive_sentence(const lm_drive *d) {
@@ -118,6 +133,8 @@ const char *lm_drive_sentence(const lm_drive *d) {
           "No command: run is 0, or has to be 0 once (after a power-up, a trip, 5 s of waiting).",
       [LM_AXIS_WAITS_PARTED] =
           "The motor was parted from the setpoint: check encoder, brake and position loop.",
+      [LM_AXIS_WAITS_COMMISSION] =
+          "Not commissioned with these parameters: start the commissioning, then run 1.",
   };
   const size_t count = sizeof sentences / sizeof sentences[0];
   return (size_t)d->wait < count ? sentences[d->wait] : "";

@@ -45,15 +45,19 @@ typedef struct lm_drive {
   lm_drive_report last;
   int armed;    /* run has been 0 since the power-up, a trip, an expired command */
   int operated; /* enabled, without a fault */
-  int parted;   /* the last command ended because the motor was parted from the setpoint */
-  int ending;   /* disabled, and has not left its operation yet */
+  int runs;     /* the axis shall be closed */
+  lm_axis_wait
+      ended;  /* why the last command has ended, until the next one; LM_AXIS_READY: by run 0 or
+                         the drive */
+  int ending; /* disabled, and has not left its operation yet */
   float enabling_s;
   float released_s;
   float stopped_s;
 } lm_drive;
 
 /* run: command of the operator. 1: the axis is closed once everything stands; after a power-up, a
- * trip, or a command that has waited for LM_DRIVE_ENABLING_S, only after run has been 0. A motor that
+ * trip, or a command that was refused (not commissioned) or has waited for LM_DRIVE_ENABLING_S, only
+ * after run has been 0. A motor that
  * the drive does not hold at the setpoint (LM_AXIS_APART_RAD), or whose angle does not change while
  * the setpoint does, is a trip: `enable` and `release` 0 at once. 0: once
  * the planner rests (own_stop: at once) the setpoint stays, the brake is closed, the drive
@@ -61,7 +65,11 @@ typedef struct lm_drive {
  * it is until the correction stands. */
 void lm_drive_step(lm_drive *d, lm_axis *a, const lm_drive_report *report, int run);
 
-/* Why the axis is not LM_AXIS_CLOSED: d->wait. */
+/* A trip after the step of this tick: the motor is not where it should be. */
+void lm_drive_part(lm_drive *d, lm_axis *a);
+
+/* Why the axis is not LM_AXIS_CLOSED: d->wait. After a command that has expired or was refused: what
+ * it waited for. */
 const char *lm_drive_sentence(const lm_drive *d);
 
 /* Before the first step, the brake on: lm_axis_power_up, and refused while the drive is enabled or

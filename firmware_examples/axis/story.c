@@ -1,5 +1,7 @@
 #include "story.h"
 
+#include <string.h>
+
 #include "../joint/params.h" /* lostmotion export joint.toml -o params.h */
 #include "lm_axis.h"
 
@@ -253,7 +255,7 @@ static int wander(joint *j) {
 /* The planner goes further than an angle may: the axis is paused where it can be started. Missed
  * ticks in motion pause it, too. */
 static int go_far(joint *j) {
-  static lm_axis started;
+  static lm_axis started = {.ratio = 1};
   lm_conditions at = conditions(LOAD_NM);
   const float turns_rad = 30 - j->motor_rad;
   int k;
@@ -797,7 +799,7 @@ static int plan_slowly(joint *j) {
 
 /* The first tick may be late, the second one not. */
 static int start_late(void) {
-  static lm_axis axis;
+  static lm_axis axis = {.ratio = 1};
   lm_conditions at = conditions(LOAD_NM);
   int k;
   if (lm_axis_power_up(&axis, &joint_parameters, 0, &at, 0, 0, 0) != LM_OK) {
@@ -815,11 +817,16 @@ static int start_late(void) {
 
 /* An angle that is no number, or too large for a float. */
 static int refuse_angles(void) {
-  static lm_axis axis;
+  static lm_axis axis; /* without a ratio */
   const lm_conditions at = conditions(LOAD_NM);
   const float none = not_a_number();
   lm_fault fault;
   int k;
+  if (lm_axis_power_up(&axis, &joint_parameters, 0, &at, 0, 0, &fault) != LM_OUT_OF_RANGE ||
+      fault.input[0] != 'r') {
+    return 1;
+  }
+  axis.ratio = 1;
   if (lm_axis_power_up(&axis, &joint_parameters, 0, &at, none, 0, &fault) != LM_OUT_OF_RANGE ||
       size(lm_axis_tick(&axis, &at, none, 0, 1)) > 0 ||
       lm_axis_power_up(&axis, &joint_parameters, 0, &at, 257, 0, &fault) != LM_OUT_OF_RANGE ||
@@ -832,6 +839,7 @@ static int refuse_angles(void) {
   for (k = 0; k < STAND_TICKS; ++k) {
     (void)lm_axis_tick(&axis, &at, 40, 0, 1);
   }
+  axis.commissioned = 1;
   if (lm_axis_close(&axis) != LM_AXIS_WAITS_MOTOR) {
     return 1;
   }
@@ -869,7 +877,8 @@ int axis_story(float *most_rad) {
   float zero_rad;
   float error_rad;
   int k;
-  kept.history.format = 0; /* nothing saved yet */
+  memset(&kept, 0, sizeof kept); /* nothing saved yet */
+  j.drive.ratio = 1;
   *most_rad = 0;
   j.motor_rad = 0.2f;
   j.twist_rad = 0;
@@ -882,6 +891,19 @@ int axis_story(float *most_rad) {
   if (lm_axis_power_up(&j.drive, &joint_parameters, &kept, &at, j.motor_rad, 0, 0) != LM_OK) {
     return 1;
   }
+  /* Never commissioned with these parameters: a commissioning alone closes the loop. Here it is
+   * taken as commissioned. */
+  run(&j, 2 * STAND_TICKS, LOAD_NM, 0);
+  if (lm_axis_close(&j.drive) != LM_AXIS_WAITS_COMMISSION) {
+    return 35;
+  }
+  (void)lm_axis_guide(&j.drive, LM_UNKNOWN, 0);
+  run(&j, 1, LOAD_NM, 0);
+  if (lm_axis_close(&j.drive) != LM_AXIS_READY) {
+    return 35;
+  }
+  lm_axis_open(&j.drive);
+  j.drive.commissioned = 1;
   /* The torque is not known yet: the loop stays open. */
   run(&j, STAND_TICKS, LM_UNKNOWN, 0);
   if (lm_axis_close(&j.drive) != LM_AXIS_WAITS_CONDITION) {
@@ -976,6 +998,21 @@ int axis_story(float *most_rad) {
       return 13;
     }
   }
+  /* Other parameters are not commissioned, although nothing else has changed. */
+  smaller = joint_parameters;
+  smaller.fingerprint ^= 1u;
+  if (lm_axis_change(&j.drive, &smaller, 0) != LM_OK) {
+    return 12;
+  }
+  run(&j, 3 * STAND_TICKS, LOAD_NM, 0);
+  if (j.drive.state != LM_AXIS_PAUSED || j.drive.waits != LM_AXIS_WAITS_COMMISSION ||
+      lm_axis_change(&j.drive, &joint_parameters, 0) != LM_OK || j.drive.commissioned) {
+    return 35;
+  }
+  j.drive.commissioned = 1;
+  if (join(&j) > STILL_RAD) {
+    return 35;
+  }
   moved_rad = take_current(&j);
   *most_rad = moved_rad > *most_rad ? moved_rad : *most_rad;
   if (moved_rad > STILL_RAD) {
@@ -1050,6 +1087,9 @@ int axis_story(float *most_rad) {
     return 10;
   }
   zero_rad = j.wish_rad;
+  if (!j.drive.commissioned) {
+    return 35;
+  }
   for (k = 0; k < STAND_TICKS && lm_axis_close(&j.drive); ++k) {
     run(&j, 1, lm_axis_use_command(&j.drive, LOAD_NM), 0);
   }

@@ -698,7 +698,7 @@ static void sweep(commissioning *run, const commissioning_input *now, commission
     next_part(run);
     if (run->part == SWEEP_TONES && run->set.output_loop) {
       run->unchecked |= COMMISSIONING_UNCHECKED_RATES;
-      end(run, COMMISSIONING_SOUND);
+      end(run, COMMISSIONING_NO_FAULT);
     } else if (run->part == SWEEP_TONES) {
       begin(run, RUSH);
     } else {
@@ -737,7 +737,7 @@ static void rush(commissioning *run, const commissioning_input *now, commissioni
       next_part(run);
       run->sum[0] = lagging;
     } else {
-      end(run, run->sum[0] > 0 ? COMMISSIONING_DRIVE_LIMIT : COMMISSIONING_SOUND);
+      end(run, run->sum[0] > 0 ? COMMISSIONING_DRIVE_LIMIT : COMMISSIONING_NO_FAULT);
     }
   }
 }

@@ -55,12 +55,17 @@ float cia402_angle(const cia402_drive *values, int32_t motor_inc) {
   return (float)(motor_inc - values->origin_inc) / increments_of(values);
 }
 
+/* Of the encoder of the loop. */
+static float find_motor(const cia402_drive *values, int32_t motor_inc) {
+  return cia402_angle(values, motor_inc) * (values->output_loop ? 1 : values->ratio);
+}
+
 float cia402_motor(const cia402_axis *c, const cia402_input *in) {
-  return in->valid ? cia402_angle(&c->values, motor_at(c, in->position_actual)) : LM_UNKNOWN;
+  return in->valid ? find_motor(&c->values, motor_at(c, in->position_actual)) : LM_UNKNOWN;
 }
 
 float cia402_latched(const cia402_axis *c, int32_t latch_inc) {
-  return cia402_angle(&c->values, motor_at(c, latch_inc));
+  return find_motor(&c->values, motor_at(c, latch_inc));
 }
 
 /* What the drive adds to the target. A loop on the output corrects the lost motion itself. Where the
@@ -95,7 +100,7 @@ static int32_t find_rate(const cia402_axis *c) {
 }
 
 static int16_t find_torque(const cia402_axis *c) {
-  const float motor_Nm = lm_axis_feed(&c->axis) / c->values.ratio;
+  const float motor_Nm = lm_axis_feed(&c->axis);
   const float share =
       c->values.rated_torque_Nm > 0 ? PER_MILLE * motor_Nm / c->values.rated_torque_Nm : 0;
   return (int16_t)to_increments(share > TORQUE_MAX    ? TORQUE_MAX
@@ -144,12 +149,11 @@ lm_status cia402_start(cia402_axis *c, const cia402_drive *values, const lm_para
   c->rest_inc = in->position_actual;
   c->demand_inc = in->position_actual;
   c->sent.target_position = in->position_actual;
-  status = lm_axis_power_up(&c->axis, parameters, kept, at, cia402_angle(values, c->motor_inc),
-                            zero_rad, fault);
-  c->axis.output_loop = values->output_loop;
   c->correction_rad = parameters->limits.correction_rad;
-  c->axis.command_rad = lm_axis_reported(&c->axis, cia402_angle(values, c->motor_inc));
-  return status;
+  c->axis.ratio = values->ratio;
+  c->axis.output_loop = values->output_loop;
+  return lm_axis_power_up(&c->axis, parameters, kept, at, find_motor(values, c->motor_inc),
+                          zero_rad, fault);
 }
 
 /* Time for which the motor has been at rest: behind its brake, or stopped by the drive. */
@@ -164,7 +168,7 @@ static void find_rest(cia402_axis *c, int operates) {
 
 /* Steps through the drive's states, one per cycle. */
 static uint16_t controlword(const cia402_axis *c) {
-  const int waits = c->drive.wait < LM_AXIS_WAITS_COMMAND; /* for something that will come */
+  const int waits = c->drive.runs; /* for something that will come */
   switch (c->statusword & CIA402_STATE_MASK) {
     case CIA402_OPERATION_ENABLED:
       return c->drive.enable ? CIA402_ENABLE : CIA402_QUICK_STOP;
@@ -197,7 +201,6 @@ static lm_drive_report read_status(const cia402_axis *c, const cia402_input *in)
 cia402_output cia402_cycle(cia402_axis *c, const cia402_input *in, const lm_conditions *at,
                            float wish_rad, int32_t run) {
   const lm_drive_report report = read_status(c, in);
-  float setpoint_rad;
   if (in->valid) {
     c->statusword = in->statusword;
     c->mode_seen = in->mode;
@@ -205,10 +208,11 @@ cia402_output cia402_cycle(cia402_axis *c, const cia402_input *in, const lm_cond
   }
   c->drive.leave = c->mode != 0 && c->mode != CIA402_CSP;
   lm_drive_step(&c->drive, &c->axis, &report, run);
-  setpoint_rad = lm_axis_tick(&c->axis, at, cia402_motor(c, in), wish_rad, c->drive.follows);
+  (void)lm_axis_tick(&c->axis, at, cia402_motor(c, in), wish_rad, c->drive.follows);
   find_rest(c, c->drive.operated || !in->valid);
   if (c->axis.state == LM_AXIS_CLOSED || c->axis.guides) {
-    c->demand_inc = c->values.origin_inc + to_increments(setpoint_rad * c->increments_per_rad);
+    c->demand_inc =
+        c->values.origin_inc + to_increments(c->axis.setpoint_rad * c->increments_per_rad);
   } else if (c->axis.at_motor || c->axis.state < LM_AXIS_PAUSED) {
     c->demand_inc = c->motor_inc; /* paused it stays, to the increment */
   }

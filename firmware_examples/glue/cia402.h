@@ -112,7 +112,7 @@ typedef struct cia402_axis {
 /* Power-up: the drive is not enabled and has reported its position. Checks the parameters,
  * and that the sync period is theirs. kept, at, zero_rad: as lm_axis_power_up.
  * LM_OUT_OF_RANGE ("increments_per_rev", "ratio", "period_exponent",
- * "motor_over_ratio_rad": beyond LM_AXIS_ANGLE_MAX_RAD from the origin), LM_INCONSISTENT
+ * "motor_rad": beyond LM_AXIS_ANGLE_MAX_RAD from the origin), LM_INCONSISTENT
  * ("period_s"; "valid": the input is not; "statusword": the drive is enabled: cia402_cycle
  * sends quick stop until it is not), those of lm_axis_power_up. */
 lm_status cia402_start(cia402_axis *c, const cia402_drive *values, const lm_parameters *parameters,
@@ -127,8 +127,8 @@ lm_status cia402_start(cia402_axis *c, const cia402_drive *values, const lm_para
 cia402_output cia402_cycle(cia402_axis *c, const cia402_input *in, const lm_conditions *at,
                            float wish_rad, int32_t run);
 
-/* motor_over_ratio_rad: of the input of this cycle, LM_UNKNOWN if it is not valid; and, before the
- * start, of a position of the motor without an offset. */
+/* motor_rad for lm_axis.h: of the input of this cycle, LM_UNKNOWN if it is not valid. cia402_angle:
+ * before the start, at the output, of a position of the motor without an offset. */
 float cia402_motor(const cia402_axis *c, const cia402_input *in);
 float cia402_angle(const cia402_drive *values, int32_t motor_inc);
 

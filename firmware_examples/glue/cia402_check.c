@@ -455,7 +455,7 @@ static int check_bit12(cell *c, float *wish_rad) {
     }
     at.torque_Nm = lm_axis_use_command(&c->cia.axis, LOAD_NM);
     out = cia402_cycle(&c->cia, &in, &at, c->cia.axis.command_rad, 1);
-    if (!is_close(cia402_latched(&c->cia, in.position_actual),
+    if (!is_close(cia402_latched(&c->cia, in.position_actual) / RATIO,
                   cia402_angle(&c->cia.values, motor))) {
       return 49;
     }
@@ -596,6 +596,7 @@ static int check_output_loop(cell *c, lm_conditions *at) {
   if (cia402_start(&c->cia, &drive, &joint_parameters, 0, at, &in, 0, &fault) != LM_OK) {
     return 10;
   }
+  c->cia.axis.commissioned = 1;
   at->torque_Nm = not_a_number(); /* of a sensor that is not ready */
   for (k = 0; k < 2 * STAND_CYCLES; ++k) {
     out = cia402_cycle(&c->cia, &in, at, c->cia.axis.command_rad, k > 1);
@@ -693,6 +694,20 @@ int check_cia402(void) {
       cia402_start(&c.cia, &drive, &joint_parameters, 0, &at, &in, 0, &fault) != LM_OK) {
     return 2;
   }
+  /* Never commissioned: not enabled, and it does not start by itself once it may. */
+  wish_rad = c.cia.axis.command_rad;
+  cycles(&c, 2, LOAD_NM, &wish_rad, 0, 0);
+  cycles(&c, STAND_CYCLES, LOAD_NM, &wish_rad, 0, 1);
+  c.cia.axis.commissioned = 1;
+  cycles(&c, STAND_CYCLES, LOAD_NM, &wish_rad, 0, 1);
+  if (c.drive.status == CIA402_OPERATION_ENABLED || c.cia.drive.wait != LM_AXIS_WAITS_COMMISSION) {
+    return 52;
+  }
+  c.drive.status = CIA402_SWITCH_ON_DISABLED;
+  if (cia402_start(&c.cia, &drive, &joint_parameters, 0, &at, &in, 0, &fault) != LM_OK) {
+    return 2;
+  }
+  c.cia.axis.commissioned = 1;
   /* Enabling moves nothing: the command begins at the reported angle. */
   wish_rad = c.cia.axis.command_rad;
   start_rad = wish_rad;

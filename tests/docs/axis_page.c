@@ -194,7 +194,7 @@ static void report(void) {
 
 static lm_status power_on(void) {
   extern lm_status power_up(float, lm_fault *);
-  return power_up(motor_rad() / RATIO, 0);
+  return power_up(motor_rad(), 0);
 }
 #elif KIND == 1
 struct inputs {
@@ -225,7 +225,7 @@ static void report(void) {
 static lm_status power_on(void) {
   extern lm_status power_up(float, lm_fault *);
   report();
-  return power_up(in.motor_rad / RATIO, 0);
+  return power_up(in.motor_rad, 0);
 }
 #else
 #define RAD (131072.0f * RATIO / 6.28318531f)
@@ -345,6 +345,13 @@ static int start(void) {
   run = 0;
   ticks(2);
   run = 1;
+  if (moved(2) > STILL_RAD || on || ever_ordered || d->wait != LM_AXIS_WAITS_COMMISSION) {
+    return 31; /* not commissioned */
+  }
+  a->commissioned = 1; /* as on a bench */
+  run = 0;
+  ticks(2);
+  run = 1;
   before_rad = output();
   (void)seconds(6);
   return size(output() - before_rad) > 1.1f * size(WEIGHT_NM) / STIFFNESS ||
@@ -361,7 +368,8 @@ static int travel(void) {
   }
   /* Homed in motion, gravity begins. */
   target_rad = planned.position - 0.2f;
-  if (seconds(0.2f) || home(motor_over_ratio_rad, output() + TRUE_ZERO_RAD) < 0 || seconds(3)) {
+  if (seconds(0.2f) || home(motor_over_ratio_rad * RATIO, output() + TRUE_ZERO_RAD) < 0 ||
+      seconds(3)) {
     return 4;
   }
   (void)lm_axis_pause(a);
@@ -369,7 +377,7 @@ static int travel(void) {
     return 5;
   }
   /* With gravity the zero is right. */
-  if (home(motor_over_ratio_rad, output() + TRUE_ZERO_RAD) < 0) {
+  if (home(motor_over_ratio_rad * RATIO, output() + TRUE_ZERO_RAD) < 0) {
     return 5;
   }
   ticks(2);
@@ -490,7 +498,7 @@ static int commission_it(void) {
     return 26; /* of unknown sign */
   }
   (void)seconds(58);
-  if (test.out.finding != COMMISSIONING_SOUND || on || test.on || a->state != LM_AXIS_OPEN ||
+  if (test.out.finding != COMMISSIONING_NO_FAULT || on || test.on || a->state != LM_AXIS_OPEN ||
       ((test.run.unchecked & COMMISSIONING_UNCHECKED_TORQUE) != 0) != (KIND == 2) ||
       (test.run.unchecked & COMMISSIONING_UNCHECKED_FEED)) {
     return 20 + (int)test.out.finding;
@@ -514,6 +522,9 @@ static int commission_it(void) {
       return 27;
     }
     run = 0;
+  }
+  if (a->commissioned != (KIND == 2)) {
+    return 31; /* by the last one */
   }
   payload_kg = 1;
   (void)seconds(2);
@@ -546,6 +557,7 @@ static int part(int kind) {
   }
   run = 1;
   if (kind > 0) {
+    a->commissioned = 1;
     (void)seconds(4);
   }
   before_rad = motor_over_ratio_rad;
@@ -601,7 +613,7 @@ static int restart(int knows_zero) {
  * the arm changes by the plan and the correction alone, the drive begins at the motor's angle, the
  * arm is held while nothing has tripped. */
 static void disturb(void) {
-  switch (draw(12)) {
+  switch (draw(13)) {
     case 0:
       run = 0;
       break;
@@ -613,7 +625,7 @@ static void disturb(void) {
       lost = 1;
       break;
     case 3:
-      (void)home(motor_over_ratio_rad, output() + TRUE_ZERO_RAD + (float)draw(100) * 1e-3f);
+      (void)home(motor_over_ratio_rad * RATIO, output() + TRUE_ZERO_RAD + (float)draw(100) * 1e-3f);
       break;
     case 4:
       (void)lm_axis_pause(a);
@@ -626,6 +638,9 @@ static void disturb(void) {
       break;
     case 7:
       (void)commission();
+      break;
+    case 8:
+      a->commissioned = 1;
       break;
     default:
       target_rad = (float)draw(1000) * 1e-3f - 0.5f;

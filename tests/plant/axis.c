@@ -25,6 +25,7 @@
 #define TURN_RAD 6.28318530717958648
 #define REVERSAL_RAD_S 0.01
 #define SENSOR_NM 0.05
+#define RATIO (-100.0)
 
 typedef struct host {
   plant joint;
@@ -44,16 +45,21 @@ static double clip(double value, double most) {
   return value > most ? most : value < -most ? -most : value;
 }
 
-/* That closes the loop. */
+/* That closes the loop, at the output. */
 static double encoder(const host *h) {
   return (h->on_output ? plant_output(&h->joint) : plant_motor_encoder(&h->joint)) + h->turned_rad;
+}
+
+/* Its reading per angle of the output. */
+static double turns(const host *h) {
+  return h->on_output ? 1 : RATIO;
 }
 
 static double position_loop(host *h, double setpoint_rad) {
   const joint_kind *kind = h->kind;
   const double measured_rad = plant_motor_encoder(&h->joint);
-  const double rate_rad_s =
-      h->without_rates ? (double)h->axis.moved_rad / PERIOD_S : (double)lm_axis_rate(&h->axis);
+  const double rate_rad_s = h->without_rates ? (double)h->axis.moved_rad / PERIOD_S
+                                             : (double)lm_axis_rate(&h->axis) / RATIO;
   const double share = 1 - exp(-kind->speed_filter_per_s * PERIOD_S);
   double push_Nm;
   h->speed_rad_s += share * ((measured_rad - h->last_rad) / PERIOD_S - h->speed_rad_s);
@@ -70,7 +76,7 @@ static double position_loop(host *h, double setpoint_rad) {
   push_Nm += h->joint.make.coulomb_Nm * clip(rate_rad_s / REVERSAL_RAD_S, 1) +
              h->joint.make.viscous_Nms * rate_rad_s +
              h->joint.make.rotor_kgm2 * h->acceleration_rad_s2;
-  return clip(push_Nm + h->sum_Nm + (double)lm_axis_feed(&h->axis), kind->torque_max_Nm);
+  return clip(push_Nm + h->sum_Nm + (double)lm_axis_feed(&h->axis) * RATIO, kind->torque_max_Nm);
 }
 
 /* From rest to rest, with a continuous acceleration. */
@@ -108,8 +114,9 @@ static void tick(host *h) {
                       (float)(h->joint.shaft_Nm + SENSOR_NM * ((h->noise >> 8) / 8388608.0 - 1)))
                 : lm_axis_use_command(a, commanded_Nm);
   at.temperature_C = 20;
-  motor_Nm = position_loop(
-      h, (double)lm_axis_tick(a, &at, (float)encoder(h), (float)h->wish_rad, h->drive.follows));
+  motor_Nm = position_loop(h, (double)lm_axis_tick(a, &at, (float)(encoder(h) * turns(h)),
+                                                   (float)h->wish_rad, h->drive.follows) /
+                                  turns(h));
   if (a->state != LM_AXIS_CLOSED) {
     rest_at(h, (double)a->command_rad);
   }
@@ -144,7 +151,7 @@ static void move(host *h, double to_rad, double seconds) {
 static int home(host *h, const char *when, int known) {
   const double output_rad = plant_output(&h->joint);
   const double bound_rad =
-      (double)lm_axis_reference(&h->axis, (float)plant_motor_encoder(&h->joint), (float)output_rad);
+      (double)lm_axis_reference(&h->axis, (float)(encoder(h) * turns(h)), (float)output_rad);
   const double error_rad = fabs((double)h->axis.zero_rad);
   double moved_rad;
   int fine;
@@ -184,11 +191,13 @@ static int start(host *h, const lm_parameters *parameters, int on_output, double
   wind(h, history_Nm);
   h->last_rad = plant_motor_encoder(&h->joint);
   at.temperature_C = 20;
-  if (lm_drive_power_up(&h->drive, &h->axis, parameters, 0, &at, (float)encoder(h), 0, 0) !=
-      LM_OK) {
+  h->axis.ratio = (float)RATIO;
+  h->axis.output_loop = on_output;
+  if (lm_drive_power_up(&h->drive, &h->axis, parameters, 0, &at, (float)(encoder(h) * turns(h)), 0,
+                        0) != LM_OK) {
     return 0;
   }
-  h->axis.output_loop = on_output;
+  h->axis.commissioned = 1;
   rest_at(h, (double)h->axis.command_rad);
   return 1;
 }
@@ -201,7 +210,7 @@ static int judge_history(const lm_parameters *parameters, int senses, double his
   wait_for(&h, 0.1);
   fine = command(&h, 1) && fine;
   if (!senses) { /* gravity becomes known by the first */
-    (void)lm_axis_reference(&h.axis, (float)plant_motor_encoder(&h.joint),
+    (void)lm_axis_reference(&h.axis, (float)(encoder(&h) * turns(&h)),
                             (float)plant_output(&h.joint));
     h.homed = 1;
     (void)lm_axis_pause(&h.axis);
@@ -310,7 +319,7 @@ int main(int count, char **word) {
   }
   fine = judge_turns(&parameters) && fine;
   fine = judge_output(&parameters) && fine;
-  for (i = LM_AXIS_READY; i <= LM_AXIS_WAITS_PARTED; ++i) {
+  for (i = LM_AXIS_READY; i <= LM_AXIS_WAITS_COMMISSION; ++i) {
     const lm_drive waits = {.wait = (lm_axis_wait)i};
     fine = strlen(lm_drive_sentence(&waits)) > 0 && fine;
   }

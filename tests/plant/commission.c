@@ -169,7 +169,7 @@ static const struct {
   commissioning_finding finding;
   int needs_output;
 } faults[FAULTS] = {
-    {"nothing", COMMISSIONING_SOUND, 0},
+    {"nothing", COMMISSIONING_NO_FAULT, 0},
     {"parameters damaged", COMMISSIONING_PARAMETERS, 0},
     {"a sample of the motor's encoder lost", COMMISSIONING_INPUT, 0},
     {"called at half the rate", COMMISSIONING_PERIOD, 0},
@@ -200,7 +200,7 @@ static const struct {
     {"drive ramps its offset slowly", COMMISSIONING_DRIVE_LIMIT, 0},
     {"arm runs against a stop", COMMISSIONING_TORQUE_BOUND, 0},
     {"the host ends it with a correction on", COMMISSIONING_ABORTED, 0},
-    {"loop on the output as stated", COMMISSIONING_SOUND, 1},
+    {"loop on the output as stated", COMMISSIONING_NO_FAULT, 1},
     {"the same, correction added to its position", COMMISSIONING_CORRECTION_ADDED, 1},
     {"the same, correction subtracted from the reported angle", COMMISSIONING_REPORTED, 1},
     {"the same, torque with the wrong sign", COMMISSIONING_TORQUE_SIGN, 1},
@@ -480,7 +480,7 @@ static int judge(unsigned seed, const axis *a, const lm_parameters *parameters, 
        (wrong == FED_SIGN && got.finding == COMMISSIONING_FEED_SCALE) ||
        (wrong == COLLISION && got.finding == COMMISSIONING_FOLLOW) ||
        (wrong == RAW_SENSOR && (got.finding == COMMISSIONING_TORQUE_NOISE ||
-                                (got.finding == COMMISSIONING_SOUND && !rings(a, parameters)))));
+                                (got.finding == COMMISSIONING_NO_FAULT && !rings(a, parameters)))));
   printf("%4u  %-42s %s %-8.3g %4.1f s  moved %6.4f rad, %5.1f Nm, unchecked %u: %s\n", seed,
          faults[wrong].name, fine ? "ok " : "BAD", got.found, got.seconds, got.moved_rad,
          got.change_Nm, (unsigned)got.unchecked, commissioning_sentence(got.finding));
