@@ -8,6 +8,9 @@
 
 #define FAR_RAD 1e6f
 
+/* Of the rms that export states for the fit: largest of normally distributed values. */
+#define RESIDUALS 3.0f
+
 /* A loop on the output corrects the lost motion itself: added, it would shift the output. */
 static float added_rad(const lm_axis *a) {
   return a->output_loop ? 0 : a->correction.correction_rad;
@@ -154,36 +157,38 @@ static float clip(lm_axis *a, float torque_Nm) {
   return clipped_Nm;
 }
 
-/* A jump of the torque of the command that is no change of the load, with the zero or a payload: a
- * measurement has it already, and what it adds compensates the jump. Otherwise the offset does. A
- * planner that shifts after the zero may bring the jump some ticks later. */
-static void absorb_jump(lm_axis *a) {
-  const float jump_Nm = a->torque_Nm - a->command_Nm - a->beyond_Nm - a->off_Nm;
+/* A jump of gravity that is no change of the load, with the zero or a payload: the torque in use
+ * stays. A sensor has it already, and what it adds compensates the jump. Otherwise the offset does:
+ * of a current as far as friction may have hidden it, where gravity is known better. */
+static void absorb_jump(lm_axis *a, float jump_Nm) {
   if (a->source == LM_AXIS_COMMAND) {
-    a->off_Nm += jump_Nm;
-    if (size(jump_Nm) > a->step_Nm) {
-      lm_axis_forget(a);
-    }
+    a->off_Nm -= jump_Nm;
   } else {
-    a->beyond_Nm += jump_Nm;
-    a->believed_Nm = a->beyond_Nm;
+    a->beyond_Nm -= jump_Nm;
+    a->believed_Nm -= jump_Nm;
   }
-  a->command_jumps = size(a->follow.late_rad) >= LM_FOLLOW_NEAR_RAD ? a->command_jumps - 1 : 0;
+  if (a->source == LM_AXIS_CURRENT) {
+    const float kept_Nm = a->believed_Nm;
+    a->believed_Nm = 0;
+    a->off_Nm += kept_Nm - lm_hold_torque(&a->believed_Nm, a->beyond_Nm, a->bound_Nm);
+    lm_axis_forget(a);
+  }
 }
 
 /* The torque of the command. Its changes are fed forward, those that the load makes, and no faster
  * than an axis can turn: one wrong acceleration is no blow. */
 static void take_command(lm_axis *a, float commanded_Nm) {
   const float before_Nm = a->command_Nm;
-  const int jumps = a->command_jumps > 0;
+  const float jumped_Nm = clip(a, before_Nm + a->jump_Nm);
   commanded_Nm = clip(a, commanded_Nm);
-  a->command_Nm = jumps || a->state != LM_AXIS_CLOSED
-                      ? commanded_Nm
-                      : approach(before_Nm, commanded_Nm, a->step_Nm);
-  if (jumps) {
-    absorb_jump(a);
-  } else if (a->state == LM_AXIS_CLOSED) {
-    a->fed_Nm += a->command_Nm - before_Nm;
+  a->command_Nm =
+      a->state != LM_AXIS_CLOSED ? commanded_Nm : approach(jumped_Nm, commanded_Nm, a->step_Nm);
+  if (size(a->jump_Nm) > 0) {
+    absorb_jump(a, jumped_Nm - before_Nm);
+    a->jump_Nm = 0;
+  }
+  if (a->state == LM_AXIS_CLOSED) {
+    a->fed_Nm += a->command_Nm - jumped_Nm;
   }
 }
 
@@ -249,13 +254,13 @@ float lm_axis_gravity(lm_axis *a, float gravity_Nm, int homed) {
   if (!is_known(gravity_Nm)) {
     return gravity_Nm;
   }
-  if (a->command_jumps == 0 && size(gravity_Nm - a->gravity_Nm) > a->step_Nm) {
+  if (size(gravity_Nm - a->gravity_Nm) > a->step_Nm) {
     if (a->source == LM_AXIS_COMMAND) { /* no measurement has it */
       a->off_Nm += a->beyond_Nm;
       a->beyond_Nm = 0;
       lm_axis_forget(a);
     }
-    a->command_jumps = 1;
+    a->jump_Nm = gravity_Nm - a->gravity_Nm;
     forget_standstill(a);
   }
   a->gravity_Nm = gravity_Nm;
@@ -664,6 +669,24 @@ lm_status lm_axis_change(lm_axis *a, const lm_parameters *parameters, lm_fault *
   return status;
 }
 
+/* Largest change of the lost motion by the declared error of the torque; not declared, it is beyond
+ * the limit. */
+static float find_wind_up(const lm_axis *a) {
+  const float error_Nm = a->compensator.torque_error_Nm;
+  lm_conditions at = a->last;
+  lm_memory trial;
+  float most_rad = 0;
+  int k;
+  for (k = -1; k <= 1 && error_Nm <= a->limit_Nm; k += 2) {
+    float by_rad;
+    at.torque_Nm = a->torque_Nm + (float)k * error_Nm;
+    by_rad = lm_evaluate_model(a->compensator.parameters, &a->compensator.memory, &trial, &at) -
+             a->compensator.lost_motion_rad;
+    most_rad = size(by_rad) > most_rad ? size(by_rad) : most_rad;
+  }
+  return most_rad;
+}
+
 float lm_axis_reference(lm_axis *a, float motor_rad, float angle_rad) {
   const float shift_rad = angle_rad - lm_axis_reported(a, motor_rad);
   const float lags_rad = a->correction.correction_rad + a->correction.lost_motion_rad;
@@ -676,9 +699,10 @@ float lm_axis_reference(lm_axis *a, float motor_rad, float angle_rad) {
   if (a->state != LM_AXIS_CLOSED) {
     a->follow.late_rad = 0;
   }
-  a->command_jumps = 1 + (int)(LM_FOLLOW_REST_S / a->follow.period_s);
   forget_standstill(a); /* a torque that is computed from the angle changes */
-  return a->output_loop ? 0 : size(lags_rad) + lm_bound_uncertainty(&a->compensator);
+  return a->output_loop ? 0
+                        : size(lags_rad) + lm_bound_uncertainty(&a->compensator) + find_wind_up(a) +
+                              RESIDUALS * a->compensator.parameters->watch.noise_rad;
 }
 
 float lm_axis_index(lm_axis *a, float latched_rad, float index_rad) {

@@ -127,7 +127,7 @@ typedef struct lm_axis {
   lm_axis_source source; /* of the torque */
   int source_waits;      /* another one was requested in this tick */
   int source_lost;       /* because the measurement was lost */
-  int command_jumps;     /* ticks in which the torque of the command jumps, and the load does not */
+  float jump_Nm;         /* of gravity in this tick, and the load does not */
   float command_Nm;      /* of the command, within limit_Nm */
   float sensed_Nm;       /* measured, the same; LM_UNKNOWN: not in use */
   float limit_Nm;        /* torque limit of the parameters */
@@ -175,10 +175,9 @@ lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_axis_
  * parameters were exported. A torque beyond torque_limit_Nm is clipped (LM_STATE_TORQUE_CLIPPED),
  * and that of the command changes by at most LM_AXIS_FAST_RAD_S times that limit a second in
  * LM_AXIS_CLOSED: one wrong acceleration is no blow. The torque does not jump when its source or
- * the zero changes: the
- * command keeps the last difference to a measurement, until power-up without the history or another
- * payload. A jump of gravity with the zero or a payload is made in LM_AXIS_PAUSED, and creeps in
- * LM_AXIS_CLOSED (LM_AXIS_CREEP_S).
+ * the zero changes: the command keeps the last difference to a measurement, until power-up without
+ * the history or another payload. A jump of gravity (lm_axis_gravity) is made in LM_AXIS_PAUSED,
+ * and creeps in LM_AXIS_CLOSED (LM_AXIS_CREEP_S).
  *
  * sensed_Nm: minus the torque of the gear on the link, which a sensor between them measures. Not
  * filtered; between two samples the last one. If it is not finite for the time of LM_AXIS_STAND,
@@ -200,8 +199,9 @@ float lm_axis_use_current(lm_axis *a, const lm_motor *motor, float commanded_Nm,
 
 /* Gravity for the torque of the command, in every tick. homed 0: the zero is not known, and so
  * gravity_Nm is not; the last one is used, also that of the power-down. A step that no motion makes
- * (payload, zero, another axis that is homed) makes no jump of the torque in use: a measured source
- * has it from the measurement, the command alone forgets what a measurement had added. */
+ * (payload, zero, another axis that is homed) makes no jump of the torque in use: a sensor has it
+ * from the measurement, the command alone forgets what a measurement had added, and of a current
+ * gravity corrects what friction may have hidden. */
 float lm_axis_gravity(lm_axis *a, float gravity_Nm, int homed);
 
 /* Velocity feed-forward, of the motor: that of command and correction in LM_AXIS_CLOSED, otherwise
@@ -247,8 +247,7 @@ lm_axis_wait lm_axis_pause(lm_axis *a);
 /* Another mode, headroom (null: none), other parameters. LM_AXIS_CLOSED is paused first, except for
  * LM_MODE_HOLD, so that nothing moves: refused while the planner moves (LM_INCONSISTENT,
  * "wish_rad"). Otherwise the results of lm_change_parameters; parameters of another fingerprint are
- * not commissioned. LM_MODE_RESET and in the same tick
- * LM_MODE_RUN end the ringing. */
+ * not commissioned. LM_MODE_RESET and in the same tick LM_MODE_RUN end the ringing. */
 lm_axis_wait lm_axis_set_mode(lm_axis *a, lm_mode mode);
 lm_axis_wait lm_axis_headroom(lm_axis *a, const lm_headroom *headroom);
 lm_status lm_axis_change(lm_axis *a, const lm_parameters *parameters, lm_fault *fault);
@@ -257,8 +256,9 @@ lm_status lm_axis_change(lm_axis *a, const lm_parameters *parameters, lm_fault *
  * command_rad; nothing moves, even if it does so some ticks later: add the change of zero_rad to
  * its position, its target and every sample that an interpolator holds; its velocity stays. A wish
  * on the way from the old to the shifted one pauses the axis, also in motion. motor_rad:
- * latched at the switch. Returns by how much the zero may be wrong, rad, if the torque is right: an
- * error of the torque adds its own wind-up. If that is too much, drive a load cycle and home again.
+ * latched at the switch. Returns by how much the zero may be wrong, rad: by the unknown history, the
+ * torque error, if it was declared, and the residual of the fit. If that is too much, drive a load cycle, after
+ * which the history is known (lm_bound_uncertainty), and home again.
  * If gravity was computed with the zero of before, the torque in use is still that: lm_axis_pause
  * shortens its way to the new value. Off, or an angle that is not valid: returns -1 and changes
  * nothing. */

@@ -324,11 +324,12 @@ static int shift_gravity(joint *j) {
   float after_Nm = 0;
   int k;
   j->drive.beyond_Nm = 0; /* nothing was measured */
-  before_Nm = lm_axis_use_command(&j->drive, LOAD_NM);
+  before_Nm = lm_axis_use_command(&j->drive, lm_axis_gravity(&j->drive, LOAD_NM, 1));
   run(j, 1, before_Nm, 0);
   (void)lm_axis_reference(&j->drive, j->motor_rad, j->drive.command_rad + 0.3f);
   for (k = 0; k < 4; ++k) { /* the planner, and gravity that is computed from it, follow later */
-    after_Nm = lm_axis_use_command(&j->drive, k < 3 ? LOAD_NM : LOAD_NM - 4.0f);
+    const float gravity_Nm = k < 3 ? LOAD_NM : LOAD_NM - 4.0f;
+    after_Nm = lm_axis_use_command(&j->drive, lm_axis_gravity(&j->drive, gravity_Nm, 1));
     if (size(after_Nm - before_Nm) > JUMP_NM / 10) {
       return 1;
     }
@@ -345,7 +346,7 @@ static int shift_gravity(joint *j) {
   if (feed_steps(j, LOAD_NM - 4.0f) || size(j->drive.torque_Nm - LOAD_NM + 4.0f) > 0) {
     return 1;
   }
-  (void)lm_axis_use_command(&j->drive, LOAD_NM);
+  (void)lm_axis_use_command(&j->drive, lm_axis_gravity(&j->drive, LOAD_NM, 1));
   return join(j) > STILL_RAD;
 }
 
@@ -968,7 +969,8 @@ int axis_story(float *most_rad) {
   error_rad = lm_axis_reference(&j.drive, j.motor_rad, 1.0f);
   j.wish_rad = j.drive.command_rad;
   run(&j, 200, LOAD_NM, 0);
-  if (size(error_rad) > STILL_RAD || size(output(&j) - zero_rad) > STILL_RAD) {
+  if (size(error_rad - 3 * joint_parameters.watch.noise_rad) > STILL_RAD ||
+      size(output(&j) - zero_rad) > STILL_RAD) {
     return 7;
   }
   run(&j, 1000, LOAD_NM, FAST_RAD); /* to 1.5 rad */

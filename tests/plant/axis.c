@@ -5,7 +5,10 @@
  * The gear is wound by a torque before the power-up; the zero, hence gravity, is unknown until the
  * first homing, or a sensor measures its first value. Then a load cycle, a stop that is commanded,
  * and one that is not, in motion. What lm_axis_reference returns has to cover the true error of the
- * zero, to be small after the load cycle and the commanded stop, and to move nothing.
+ * zero, to be small after the load cycle and the commanded stop, and to move nothing. With a torque
+ * from the motor current, whose friction is stated too large, gravity that is known since the first
+ * homing is right as far as friction may hide the load; after a motion the declared error of the
+ * torque covers that of the zero.
  *
  * Turns: a whole turn that is subtracted in motion moves nothing. Output: a loop on an encoder at
  * the output as on the page, with a smaller error in motion by the rates. */
@@ -24,7 +27,9 @@
 #define MOVE_S 5.0
 #define TURN_RAD 6.28318530717958648
 #define REVERSAL_RAD_S 0.01
+#define STANDSTILL_RAD_S 0.02
 #define SENSOR_NM 0.05
+#define FRICTION_KNOWN 1.7
 #define RATIO (-100.0)
 
 typedef struct host {
@@ -32,7 +37,10 @@ typedef struct host {
   const joint_kind *kind;
   lm_axis axis;
   lm_drive drive;
-  int senses, homed, run, fault;
+  lm_axis_source source;
+  lm_motor motor; /* as stated, 1 N m / A */
+  double motor_Nm;
+  int homed, run, fault;
   int on_output, without_rates;         /* the loop closes on the output */
   double turned_rad;                    /* of motor / ratio */
   double wish_rad, acceleration_rad_s2; /* planner */
@@ -100,7 +108,6 @@ static void tick(host *h) {
   const lm_drive_report report = {.enabled = h->drive.enable, .fault = h->fault};
   lm_conditions at = LM_CONDITIONS_UNKNOWN;
   float commanded_Nm;
-  double motor_Nm;
   int i;
   plan(h);
   lm_drive_step(&h->drive, a, &report, h->run);
@@ -108,21 +115,25 @@ static void tick(host *h) {
       lm_axis_gravity(a, (float)(-h->kind->gravity_Nm * sin((double)a->command_rad)), h->homed) -
       (float)(h->joint.make.arm_kgm2 * h->acceleration_rad_s2);
   h->noise = h->noise * 1664525u + 1013904223u;
-  at.torque_Nm =
-      h->senses ? lm_axis_use_sensor(
-                      a, commanded_Nm,
-                      (float)(h->joint.shaft_Nm + SENSOR_NM * ((h->noise >> 8) / 8388608.0 - 1)))
-                : lm_axis_use_command(a, commanded_Nm);
+  at.torque_Nm = h->source == LM_AXIS_SENSOR
+                     ? lm_axis_use_sensor(a, commanded_Nm,
+                                          (float)(h->joint.shaft_Nm +
+                                                  SENSOR_NM * ((h->noise >> 8) / 8388608.0 - 1)))
+                 : h->source == LM_AXIS_CURRENT
+                     ? lm_axis_use_current(a, &h->motor, commanded_Nm, (float)(h->motor_Nm / RATIO),
+                                           (float)(h->speed_rad_s * RATIO),
+                                           (float)h->acceleration_rad_s2, h->drive.follows)
+                     : lm_axis_use_command(a, commanded_Nm);
   at.temperature_C = 20;
-  motor_Nm = position_loop(h, (double)lm_axis_tick(a, &at, (float)(encoder(h) * turns(h)),
-                                                   (float)h->wish_rad, h->drive.follows) /
-                                  turns(h));
+  h->motor_Nm = position_loop(h, (double)lm_axis_tick(a, &at, (float)(encoder(h) * turns(h)),
+                                                      (float)h->wish_rad, h->drive.follows) /
+                                     turns(h));
   if (a->state != LM_AXIS_CLOSED) {
     rest_at(h, (double)a->command_rad);
   }
   h->joint.braked = !h->drive.release;
   for (i = 0; i < (int)(PERIOD_S / PLANT_STEP_S + 0.5); ++i) {
-    plant_step(&h->joint, motor_Nm);
+    plant_step(&h->joint, h->motor_Nm);
   }
 }
 
@@ -159,7 +170,7 @@ static int home(host *h, const char *when, int known) {
   rest_at(h, (double)h->axis.command_rad);
   wait_for(h, 0.5);
   moved_rad = fabs(plant_output(&h->joint) - output_rad);
-  fine = error_rad <= bound_rad + MODEL_RAD && (!known || bound_rad < MODEL_RAD) &&
+  fine = error_rad <= bound_rad && (!known || bound_rad < MODEL_RAD) &&
          moved_rad < h->kind->tolerance_rad && h->axis.state == LM_AXIS_CLOSED;
   printf("%-28s returned %6.1f, true %6.1f, moved %4.1f arcsec %s\n", when, bound_rad / ARCSEC,
          error_rad / ARCSEC, moved_rad / ARCSEC, fine ? "ok" : "WRONG");
@@ -198,18 +209,28 @@ static int start(host *h, const lm_parameters *parameters, int on_output, double
     return 0;
   }
   h->axis.commissioned = 1;
+  h->motor.torque_constant_Nm_per_A = 1;
+  h->motor.ratio = (float)RATIO;
+  h->motor.efficiency = 1;
+  h->motor.rotor_inertia_kg_m2 = (float)(h->joint.make.rotor_kgm2 / (RATIO * RATIO));
+  h->motor.coulomb_Nm = (float)(FRICTION_KNOWN * h->joint.make.coulomb_Nm / fabs(RATIO));
+  h->motor.viscous_Nm_s = (float)(h->joint.make.viscous_Nms / (RATIO * RATIO));
+  h->motor.standstill_rad_s = (float)(STANDSTILL_RAD_S * fabs(RATIO));
   rest_at(h, (double)h->axis.command_rad);
   return 1;
 }
 
-static int judge_history(const lm_parameters *parameters, int senses, double history_Nm) {
+static int judge_history(const lm_parameters *parameters, lm_axis_source source,
+                         double history_Nm) {
+  static const char *const names[] = {"command", "sensor", "current"};
   static host h;
   int fine = start(&h, parameters, 0, history_Nm);
-  h.senses = senses;
-  printf("%s, history %.0f N m\n", senses ? "sensor" : "command", history_Nm);
+  const int exact = source != LM_AXIS_CURRENT;
+  h.source = source;
+  printf("%s, history %.0f N m\n", names[source], history_Nm);
   wait_for(&h, 0.1);
   fine = command(&h, 1) && fine;
-  if (!senses) { /* gravity becomes known by the first */
+  if (source != LM_AXIS_SENSOR) { /* gravity becomes known by the first */
     (void)lm_axis_reference(&h.axis, (float)(encoder(&h) * turns(&h)),
                             (float)plant_output(&h.joint));
     h.homed = 1;
@@ -217,12 +238,15 @@ static int judge_history(const lm_parameters *parameters, int senses, double his
     wait_for(&h, 4);
   }
   fine = home(&h, "first homing", 0) && fine;
+  if (!exact) {
+    lm_declare_torque_error(&h.axis.compensator, lm_bound_torque(&h.motor, h.axis.torque_Nm, 0));
+  }
   move(&h, -1.2, MOVE_S + 1);
   move(&h, 1.2, MOVE_S + 1);
   move(&h, POSE_RAD, MOVE_S + 1);
-  fine = home(&h, "after a load cycle", 1) && fine;
+  fine = home(&h, "after a load cycle", exact) && fine;
   fine = command(&h, 0) && command(&h, 1) && fine;
-  fine = home(&h, "after a stop", 1) && fine;
+  fine = home(&h, "after a stop", exact) && fine;
   move(&h, -POSE_RAD, 0.4 * MOVE_S);
   h.fault = 1;
   h.run = 0;
@@ -314,8 +338,8 @@ int main(int count, char **word) {
   if (count != 2 || load(word[1], effects, 1, &parameters)) {
     return 2;
   }
-  for (i = 0; i < 8; ++i) {
-    fine = judge_history(&parameters, i % 2, histories_Nm[i / 2]) && fine;
+  for (i = 0; i < 12; ++i) {
+    fine = judge_history(&parameters, (lm_axis_source)(i % 3), histories_Nm[i / 3]) && fine;
   }
   fine = judge_turns(&parameters) && fine;
   fine = judge_output(&parameters) && fine;
