@@ -69,7 +69,7 @@ def test_an_axis_bounds_its_zero_turns_without_end_and_feeds_rates_to_an_output_
     blob = plant_table.export(tmp_path, made[0], [1], "soft")[0].partition("=")[2]
     done = subprocess.run([program, blob], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout
-    assert done.stdout.count(" ok") == 8 * 4 + 2
+    assert done.stdout.count(" ok") == 12 * 4 + 2
 
 
 def test_gap_profile_is_no_worse_than_a_constant_width(tmp_path: Path) -> None:
