@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -142,7 +142,7 @@ def sheet_figures(sheet: Catalogue, rated_torque_Nm: float) -> dict[str, float |
 def standard_figures(
     campaign: Campaign,
     rated_torque_Nm: float,
-    angle_rad: Sequence[FloatArray] | None = None,
+    angle_rad: FloatArray | None = None,
     loops: Loops | None = None,
 ) -> StandardFigures:
     """Find the figures of the largest loops of a campaign.
@@ -152,9 +152,8 @@ def standard_figures(
     campaign : Campaign
     rated_torque_Nm : float
         Rated torque; lost motion is given at shares of it.
-    angle_rad : sequence of ndarray, optional
-        Angles to use instead of the lost motion, one array per run: those of a model at these
-        torques.
+    angle_rad : ndarray, optional
+        Angles of all rows to use instead of the lost motion: those of a model at these torques.
     loops : Loops, optional
         Result of `find_loops`.
     """
@@ -164,7 +163,7 @@ def standard_figures(
 
 
 def _standard_figures(
-    campaign: Campaign, rated_torque_Nm: float, angle_rad: Sequence[FloatArray] | None, loops: Loops
+    campaign: Campaign, rated_torque_Nm: float, angle_rad: FloatArray | None, loops: Loops
 ) -> StandardFigures:
     samples = collect(campaign, angle_rad, loops=loops)
     torques = {share: share * rated_torque_Nm for share in LOST_MOTION_SHARES}

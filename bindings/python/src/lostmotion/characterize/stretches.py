@@ -156,17 +156,19 @@ class Loops:
     ----------
     low_Nm, high_Nm : float
     used : list of Stretch
-    rates_Nm_per_s : list of float
-        Mean torque rates of the sections.
-    history_known : bool
+    rate_Nm_per_s, history_known
         As of `Samples`.
+    rows, stretch : ndarray of int
+        Rows of the campaign in these sections, in order, and the section of each.
     """
 
     low_Nm: float
     high_Nm: float
     used: list[Stretch]
-    rates_Nm_per_s: list[float]
+    rate_Nm_per_s: float | None
     history_known: bool
+    rows: IntArray
+    stretch: IntArray
 
 
 def find_loops(campaign: Campaign) -> Loops:
@@ -177,16 +179,27 @@ def find_loops(campaign: Campaign) -> Loops:
     known = bool(used)
     if moves and not known:
         used = loop_stretches(campaign, low, high, any_history=True)
-    rates = []
+    rates: list[float] = []
     if campaign.timed:
         for stretch in used:
             rates += loading_rate(campaign.runs[stretch.run], stretch.rows)
-    return Loops(low, high, used, rates, known)
+    sizes = np.array([one.rows.stop - one.rows.start for one in used], dtype=np.intp)
+    starts = np.array([campaign.starts[one.run] + one.rows.start for one in used], dtype=np.intp)
+    inside = np.arange(sizes.sum()) - np.repeat(np.cumsum(sizes) - sizes, sizes)
+    return Loops(
+        low,
+        high,
+        used,
+        float(np.median(rates)) if rates else None,
+        known,
+        np.repeat(starts, sizes) + inside,
+        np.repeat(np.arange(sizes.size), sizes),
+    )
 
 
 def collect(
     campaign: Campaign,
-    angle_rad: Sequence[FloatArray] | None = None,
+    angle_rad: FloatArray | None = None,
     window_Nm: float | None = None,
     loops: Loops | None = None,
 ) -> Samples:
@@ -195,49 +208,39 @@ def collect(
     Parameters
     ----------
     campaign : Campaign
-    angle_rad : sequence of ndarray, optional
-        Angles in place of the lost motion, one array per run: those of a model at these torques.
+    angle_rad : ndarray, optional
+        Angles of all rows in place of the lost motion: those of a model at these torques.
     window_Nm : float, optional
         Range of torque on either side of zero for the samples and bins.
     loops : Loops, optional
         Result of `find_loops`.
     """
     loops = find_loops(campaign) if loops is None else loops
-    low, high, used, rates = loops.low_Nm, loops.high_Nm, loops.used, loops.rates_Nm_per_s
+    low, high, used, rows = loops.low_Nm, loops.high_Nm, loops.used, loops.rows
     width = ((high - low) if window_Nm is None else 2.0 * window_Nm) / CELLS
-    torque, angle = [], []
-    for stretch in used:
-        run = campaign.runs[stretch.run]
-        lost = run.lost_motion_rad if angle_rad is None else angle_rad[stretch.run]
-        x, y = cell_means(run.torque_Nm[stretch.rows], lost[stretch.rows], width)
-        if window_Nm is not None:
-            x, y = x[np.abs(x) <= window_Nm], y[np.abs(x) <= window_Nm]
-        torque.append(x)
-        angle.append(y)
-    sizes = [part.size for part in torque]
-    readings = sum(stretch.rows.stop - stretch.rows.start for stretch in used)
-    starts = campaign.starts
-    rows = [np.arange(s.rows.start, s.rows.stop) + starts[s.run] for s in used]
-
-    def each(values: Sequence[float]) -> FloatArray:
-        return np.repeat(np.asarray(values, dtype=np.float64), sizes)
-
+    lost = campaign.column("lost_motion") if angle_rad is None else angle_rad
+    torque, angle, stretch = cell_means(
+        campaign.column("torque")[rows], lost[rows], loops.stretch, width
+    )
+    if window_Nm is not None:
+        inside = np.abs(torque) <= window_Nm
+        torque, angle, stretch = torque[inside], angle[inside], stretch[inside]
     return Samples(
-        np.concatenate(torque) if torque else np.zeros(0),
-        np.concatenate(angle) if angle else np.zeros(0),
-        each([stretch.falling for stretch in used]),
-        each([stretch.loop for stretch in used]).astype(np.intp),
-        each(range(len(used))).astype(np.intp),
+        torque,
+        angle,
+        np.array([one.falling for one in used])[stretch],
+        np.array([one.loop for one in used], dtype=np.intp)[stretch],
+        stretch,
         low,
         high,
-        len({stretch.loop for stretch in used}),
-        len({stretch.run for stretch in used}),
-        campaign.rows - readings,
-        float(np.median(rates)) if rates else None,
-        readings,
+        len({one.loop for one in used}),
+        len({one.run for one in used}),
+        campaign.rows - rows.size,
+        loops.rate_Nm_per_s,
+        rows.size,
         width,
-        reading_step(np.concatenate(angle)) if angle else 0.0,
-        np.concatenate(rows).astype(np.intp) if rows else np.zeros(0, dtype=np.intp),
+        reading_step(angle),
+        rows,
         loops.history_known,
     )
 
@@ -348,15 +351,21 @@ def reading_step(angle_rad: FloatArray) -> float:
 
 
 def cell_means(
-    torque_Nm: FloatArray, angle_rad: FloatArray, width_Nm: float
-) -> tuple[FloatArray, FloatArray]:
-    """Means of torque and angle in torque bins; unchanged samples if there are few."""
-    if torque_Nm.size <= CELLS:
-        return torque_Nm, angle_rad
+    torque_Nm: FloatArray, angle_rad: FloatArray, stretch: IntArray, width_Nm: float
+) -> tuple[FloatArray, FloatArray, IntArray]:
+    """Means of torque and angle in torque bins of each section, and the section of each mean.
+
+    The samples of a section with few of them are unchanged.
+    """
+    count = np.bincount(stretch)
+    place = np.arange(stretch.size) - (np.cumsum(count) - count)[stretch]
     cell = np.floor(torque_Nm / width_Nm).astype(np.intp)
-    _, cell = np.unique(cell, return_inverse=True)
-    count = np.bincount(cell)
-    return np.bincount(cell, torque_Nm) / count, np.bincount(cell, angle_rad) / count
+    cell = np.where(count[stretch] > CELLS, cell - cell.min(initial=0), place)
+    span = int(cell.max(initial=0)) + 1
+    means, mean_of = np.unique(stretch * span + cell, return_inverse=True)
+    count = np.bincount(mean_of)
+    torque, angle = (np.bincount(mean_of, values) / count for values in (torque_Nm, angle_rad))
+    return torque, angle, means // span
 
 
 def loading_rate(run: Run, rows: slice) -> list[float]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -18,7 +17,7 @@ TINY = float(np.finfo(np.float64).tiny)
 FLIPS = 2047
 """Random sign patterns of the permutation test."""
 
-FLIPS_AT_ONCE = 64
+FLIPS_AT_ONCE = 32
 """Patterns in memory at a time: all of them for tens of thousands of blocks are half a gigabyte."""
 
 FULL_FLIPS_BLOCKS = 11
@@ -95,12 +94,10 @@ def beyond_chance(observed: float, chance: float) -> float:
 
 def common_part(residual: FloatArray, runs: IntArray, bins: IntArray) -> FloatArray:
     """Part of each sample explained by an offset per run and a curve common to all runs."""
-    (many, few), cells = np.unique((runs, bins), axis=1, return_inverse=True)
-    cells = np.ravel(cells)
-    size = np.bincount(cells)
-    scaled = np.bincount(cells, residual) / np.sqrt(size)
-    whole = scaled - without_groups(scaled[None], size, many, few)[0]
-    return np.asarray((whole / np.sqrt(size))[cells])
+    cells, cell_of = cells_of(runs, bins)
+    scaled = np.bincount(cell_of, residual) / cells.root
+    whole = scaled - cells.apart(scaled[None])[0]
+    return np.asarray((whole / cells.root)[cell_of])
 
 
 def explained_apart(
@@ -120,22 +117,20 @@ def explained_apart(
     total = float(np.sum(residual**2))
     if total == 0:
         return 0.0, 1.0
-    (many, few), cells = np.unique((runs, ranges), axis=1, return_inverse=True)
-    cells = np.ravel(cells)
+    cells, cell_of = cells_of(runs, ranges)
     _, blocks = np.unique(blocks, return_inverse=True)
-    width, height = many.size, int(blocks.max()) + 1
+    width, height = cells.root.size, int(blocks.max()) + 1
     # A block has samples in few cells: its sums are a row of a sparse matrix.
-    place, inside = np.unique(blocks * width + cells, return_inverse=True)
+    place, inside = np.unique(blocks * width + cell_of, return_inverse=True)
     sums, counts = np.bincount(inside, residual), np.bincount(inside)
-    size = np.bincount(cells)
-    at = place // width, place % width
-    scaled = sparse.csr_array((sums / np.sqrt(size[at[1]]), at), shape=(height, width))
+    at = np.divmod(place, width)
+    scaled = sparse.csr_array((sums / cells.root[at[1]], at), shape=(height, width))
     within = float(np.sum(sums**2 / counts))
     flips, aparts = [], []
     for signs in random_signs(height, generator):
         flipped = signs @ scaled
         flips.append(np.sum(flipped**2, axis=1))
-        aparts.append(np.sum(without_groups(flipped, size, many, few) ** 2, axis=1))
+        aparts.append(np.sum(cells.apart(flipped) ** 2, axis=1))
     apart = np.concatenate(aparts)
     alike = np.concatenate(flips) - apart
     # Random signs reintroduce offsets and a common curve, which reduce the variance that can differ
@@ -145,30 +140,55 @@ def explained_apart(
     return beyond_chance(float(apart[0]) / total, chance / total), chance_of(parts)
 
 
-def without_groups(
-    scaled: FloatArray, size: npt.NDArray[Any], many: IntArray, few: IntArray
-) -> FloatArray:
-    """Subtract the part that a constant for each group of cells explains.
+def cells_of(many: IntArray, few: IntArray) -> tuple[Cells, IntArray]:
+    """Cells of samples that are alike in two numbers, and the cell of each sample."""
+    width = int(few.max()) + 1
+    alike, cell_of = np.unique(many * width + few, return_inverse=True)
+    many, few = np.divmod(alike, width)
+    return Cells(np.bincount(cell_of), many, few), np.asarray(cell_of)
+
+
+class Cells:
+    """Cells in two kinds of groups: a kind with many groups and one with few.
 
     Parameters
     ----------
-    scaled : ndarray
-        Rows of cell sums divided by the square roots of `size`.
     size : ndarray
         Samples of each cell.
     many, few : ndarray
-        The two groups of each cell: one of a kind with many groups, one of a kind with few.
+        The two groups of each cell.
+
+    Attributes
+    ----------
+    root : ndarray
+        Square roots of `size`.
     """
-    root = np.sqrt(size)
-    groups = (few[:, None] == np.unique(few)) * root[:, None]
-    order = np.unique(many, return_inverse=True)[1]
-    inside = np.bincount(order, size)
-    # Groups of one kind share no cell, so each is subtracted separately, before those of the other
-    # kind.
-    rows = np.vstack((scaled, groups.T))
-    for row in rows:
-        row -= root * (np.bincount(order, root * row) / inside)[order]
-    rest, groups = rows[: scaled.shape[0]], rows[scaled.shape[0] :].T
-    left, values, _ = np.linalg.svd(groups, full_matrices=False)
-    left = left[:, values > 1e-9 * float(root.max())]
-    return np.asarray(rest - (rest @ left) @ left.T)
+
+    def __init__(self, size: IntArray, many: IntArray, few: IntArray) -> None:
+        self.root = np.sqrt(size)
+        self._order = np.unique(many, return_inverse=True)[1]
+        self._inside = np.bincount(self._order, size)
+        # Groups of one kind share no cell, so each is subtracted separately, before those of the
+        # other kind.
+        groups = (few[:, None] == np.unique(few)) * self.root[:, None]
+        left, values, _ = np.linalg.svd(self._without_many(groups.T).T, full_matrices=False)
+        self._few = left[:, values > 1e-9 * float(self.root.max())]
+
+    def _without_many(self, rows: FloatArray) -> FloatArray:
+        rows = rows.copy()
+        for row in rows:
+            row -= (
+                self.root * (np.bincount(self._order, self.root * row) / self._inside)[self._order]
+            )
+        return rows
+
+    def apart(self, scaled: FloatArray) -> FloatArray:
+        """Subtract the part that a constant for each group explains.
+
+        Parameters
+        ----------
+        scaled : ndarray
+            Rows of cell sums divided by `root`.
+        """
+        rest = self._without_many(scaled)
+        return np.asarray(rest - (rest @ self._few) @ self._few.T)

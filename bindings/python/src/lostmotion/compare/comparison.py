@@ -152,12 +152,7 @@ class Comparison(WhitenedResult):
         model = self.measured_rad - self.residual_rad
         loops = find_loops(self.campaign)
         return {
-            name: standard_figures(
-                self.campaign,
-                self.rated_torque_Nm,
-                [angle[at] for at in self.base.conditions.slices()],
-                loops,
-            )
+            name: standard_figures(self.campaign, self.rated_torque_Nm, angle, loops)
             for name, angle in (("measured", self.measured_rad), ("model", model))
         }
 
