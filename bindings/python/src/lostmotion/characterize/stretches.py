@@ -184,7 +184,8 @@ def find_loops(campaign: Campaign) -> Loops:
         for stretch in used:
             rates += loading_rate(campaign.runs[stretch.run], stretch.rows)
     sizes = np.array([one.rows.stop - one.rows.start for one in used], dtype=np.intp)
-    starts = np.array([campaign.starts[one.run] + one.rows.start for one in used], dtype=np.intp)
+    run = np.array([one.run for one in used], dtype=np.intp)
+    first = campaign.starts[run] + np.array([one.rows.start for one in used], dtype=np.intp)
     inside = np.arange(sizes.sum()) - np.repeat(np.cumsum(sizes) - sizes, sizes)
     return Loops(
         low,
@@ -192,7 +193,7 @@ def find_loops(campaign: Campaign) -> Loops:
         used,
         float(np.median(rates)) if rates else None,
         known,
-        np.repeat(starts, sizes) + inside,
+        np.repeat(first, sizes) + inside,
         np.repeat(np.arange(sizes.size), sizes),
     )
 
