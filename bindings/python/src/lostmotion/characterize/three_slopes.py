@@ -404,7 +404,9 @@ def leave_out_short(
         rows = starts[blocks, None] + np.arange(size)
         z = basis[rows]
         left = np.eye(size) - z @ z.transpose(0, 2, 1)
-        determined = np.linalg.eigvalsh(left)[:, 0] > SINGULAR
+        # The sum of the eigenvalues of Z Z' is at least the largest.
+        determined = np.einsum("kij,kij->k", z, z) < 1.0 - SINGULAR
+        determined[~determined] = np.linalg.eigvalsh(left[~determined])[:, 0] > SINGULAR
         blocks, rows, z, left = (x[determined] for x in (blocks, rows, z, left))
         across = np.linalg.solve(left, residual[rows][:, :, None])
         moved = (z.transpose(0, 2, 1) @ across)[:, :, 0]
@@ -501,11 +503,9 @@ class KinkSearch:
             group = np.arange(samples.torque_Nm.size)
             angle = without_loop_means(samples.angle_rad[:, None], samples.loop)[:, 0]
         else:
-            cell = np.round(samples.torque_Nm / self.reach_Nm * CELLS / 2)
-            _, group = np.unique(
-                np.column_stack((samples.falling > 0, cell)), axis=0, return_inverse=True
-            )
-            group = group.ravel()
+            cell = np.round(samples.torque_Nm / self.reach_Nm * CELLS / 2).astype(np.intp)
+            branch = (samples.falling > 0) * (int(np.ptp(cell)) + 1)
+            _, group = np.unique(branch + cell, return_inverse=True)
             angle = samples.angle_rad - free_loop(samples).offsets_rad[samples.loop]
         count = np.bincount(group)
 
