@@ -20,12 +20,12 @@ from lostmotion.characterize.figures import (
     lost_motion,
     none,
 )
+from lostmotion.characterize.loop_regression import errors_from
 from lostmotion.characterize.printed import NAMES, cells, flat
 from lostmotion.characterize.stretches import FEW_READINGS, Loops, Samples, collect, find_loops
 from lostmotion.characterize.three_slopes import (
     CurveFit,
     developed,
-    errors_from,
     falls_enough,
     fit_slopes,
     values_carried,

@@ -16,18 +16,15 @@ import numpy.typing as npt
 from scipy import special
 
 from lostmotion.catalogue import REVERSAL_TORQUE_SHARE
+from lostmotion.characterize.loop_regression import ScaledColumns, covariance_of, without_loop_means
 from lostmotion.characterize.stretches import FEW_READINGS, Samples
 from lostmotion.characterize.three_slopes import (
     CONFIDENCE,
     WIDTH_NODES,
     CurveFit,
-    column_sizes,
-    covariance_of,
     hats,
-    least_squares,
     supported,
     width_columns,
-    without_loop_means,
 )
 from lostmotion.units import ARCMIN
 
@@ -41,11 +38,6 @@ WINDOW_NODES = 9
 
 LOST_MOTION_WINDOW = 8.0
 """Lost motion is determined from samples up to this multiple of its torque, in separate bins."""
-
-DETERMINED = 1e-6
-"""A value is determined if less than this share of it is in the null space: rounding of the
-decomposition, not of the data.
-"""
 
 
 @dataclass(frozen=True)
@@ -145,28 +137,19 @@ def loop_value(
     if nodes.size < 2:
         return None
     curve = np.sign(samples.torque_Nm)[:, None] * hats(np.abs(samples.torque_Nm), nodes)
-    design = without_loop_means(np.column_stack([curve[:, 1:], width]), samples.loop)
-    pick = np.zeros(design.shape[1])
+    columns = without_loop_means(np.column_stack([curve[:, 1:], width]), samples.loop)
+    design, pick = ScaledColumns(columns), np.zeros(columns.shape[1])
     if torque_Nm is None:
         pick[nodes.size - 1] = 1.0
     else:
         pick[: nodes.size - 1] = hats(np.array([torque_Nm]), nodes)[0, 1:]
-    if not determined(design, pick):
+    if not design.determines(pick):
         return None
     angle = without_loop_means(samples.angle_rad[:, None], samples.loop)[:, 0]
-    found = least_squares(design, angle)
-    covariance, dof = covariance_of(samples, design, angle - design @ found, design @ found)
+    found = design.fit(angle)
+    fitted = columns @ found
+    covariance, dof = covariance_of(samples, design, angle - fitted, fitted)
     return float(pick @ found), float(pick @ covariance @ pick), dof
-
-
-def determined(design: FloatArray, pick: FloatArray) -> bool:
-    """Whether least squares determines the sum of values with these weights."""
-    size = column_sizes(design)
-    scaled = design / size
-    squares, vectors = np.linalg.eigh(scaled.T @ scaled)
-    weights = pick / size
-    nothing = vectors[:, squares <= 1e-12 * squares[-1]]
-    return float(np.sum((weights @ nothing) ** 2)) < DETERMINED * float(weights @ weights)
 
 
 def lost_motion(samples: Samples, torque_Nm: float, fit: CurveFit | None = None) -> Estimate:
