@@ -140,10 +140,10 @@ def explained_apart(
 
 
 def cells_of(many: IntArray, few: IntArray) -> tuple[Cells, IntArray]:
-    """Cells of samples that are alike in two numbers, and the cell of each sample."""
+    """Cells of samples with the same two numbers, and the cell of each sample."""
     width = int(few.max()) + 1
-    alike, cell_of = np.unique(many * width + few, return_inverse=True)
-    many, few = np.divmod(alike, width)
+    pairs, cell_of = np.unique(many * width + few, return_inverse=True)
+    many, few = np.divmod(pairs, width)
     return Cells(np.bincount(cell_of), many, few), np.asarray(cell_of)
 
 
