@@ -304,6 +304,7 @@ float lm_axis_use_current(lm_axis *a, const lm_motor *motor, float commanded_Nm,
     return commanded_Nm;
   }
   take_command(a, commanded_Nm);
+  a->motor_rad_s = motor_rad_s;
   a->borne_s = bears ? a->borne_s + a->follow.period_s : 0;
   if (a->borne_s < a->follow.stand_s) {
     change_source(a, LM_AXIS_COMMAND);

@@ -141,7 +141,8 @@ typedef struct lm_axis {
   float fed_Nm;      /* torque_Nm, as far as it is fed forward */
   float believed_Nm; /* of beyond_Nm: friction hides the rest */
   float bound_Nm;
-  float share; /* of the filter in a tick */
+  float motor_rad_s; /* of lm_axis_use_current */
+  float share;       /* of the filter in a tick */
   float lost_s;
   float borne_s; /* for which the motor has borne the load */
 } lm_axis;

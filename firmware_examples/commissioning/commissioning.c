@@ -34,14 +34,18 @@
 #define TORQUE_MOST 2.0f
 #define SENSED_LEAST 0.5f /* measured over commanded: an inertia may be wrong by a third */
 #define SENSED_MOST 2.0f
+#define VELOCITY_LEAST 0.5f
+#define VELOCITY_MOST 1.5f
 #define LATE_TANGENT 0.7f   /* of the phase: 35 degrees */
 #define HEADROOM_SHARE 0.5f /* of the swing of the lost motion that may remain uncorrected */
 #define PATH_LEAST 0.5f
 #define PATH_MOST 1.5f
 #define LOOP_GAIN 0.7f /* of the loop through the torque; it rings at 1 */
 #define RUSH_SHARE 0.5f
-#define RUSH_AFTER_S 0.5f   /* after that any position loop has followed */
-#define RUSH_MOST_S 1.0f    /* for a fifth of the correction: slower, it lags behind any motion */
+#define RUSH_AFTER_S 0.5f /* after that any position loop has followed */
+#define RUSH_MOST_S 1.0f  /* for a fifth of the correction: slower, it lags behind any motion */
+#define FRICTION_MOST \
+  1.5f /* of the stated one: 1 with half of it; wrong sign: that and the true one */
 #define FEED_LEAST 0.1f     /* of the error of the loop: less may be that of friction */
 #define FEED_MOST 2.0f      /* beyond it the error is larger than without */
 #define SEEN_FRICTIONS 2.0f /* of the motor: less cannot be separated from it in the current */
@@ -134,6 +138,8 @@ commissioning_finding commissioning_start(commissioning *run,
   run->unchecked = 0;
   run->found = 0;
   run->stop = 0;
+  run->turned_rad = 0;
+  run->work_J = 0;
   run->started = 0;
   run->fed = 0;
   run->sensed = 0;
@@ -441,6 +447,21 @@ static void judge_ratio(commissioning *run) {
   }
 }
 
+/* A torque from a current: its velocity is that of the motor, and its work over the travel, which
+ * ends where it began, is what its friction is stated wrong by. */
+static commissioning_finding judge_current(commissioning *run) {
+  const float way_rad = COMMISSIONING_STOPS * run->set.travel_rad;
+  const float turned = run->turned_rad / way_rad;
+  const float friction_Nm = size(run->work_J) / way_rad;
+  run->found = turned;
+  if (!within(turned, VELOCITY_LEAST, VELOCITY_MOST)) {
+    return COMMISSIONING_VELOCITY;
+  }
+  run->found = friction_Nm / run->set.friction_Nm;
+  return run->set.friction_Nm > 0 && run->found > FRICTION_MOST ? COMMISSIONING_FRICTION
+                                                                : COMMISSIONING_RUNNING;
+}
+
 static void judge_travel(commissioning *run) {
   float wish_rad = run->at_command[0] - run->at_command[2];
   float share = (run->at_input[0] - run->at_input[2]) / wish_rad;
@@ -452,6 +473,8 @@ static void judge_travel(commissioning *run) {
     end(run, COMMISSIONING_INPUT_SIGN);
   } else if (size(share - 1) > close) {
     end(run, COMMISSIONING_INPUT_SCALE);
+  } else if (run->by_current && judge_current(run) != COMMISSIONING_RUNNING) {
+    end(run, judge_current(run));
   } else if (run->has_output) {
     judge_ratio(run);
   } else {
@@ -468,6 +491,11 @@ static void travel(commissioning *run, const commissioning_input *now, const lm_
   int32_t n = ticks_of(run, MEASURE_S);
   int32_t i = run->part;
   command(out, run->set.travel_rad * stop[i], run->set.travel_rad * stop[i + 1], time_s, MOVE_S);
+  if (run->by_current) {
+    run->turned_rad += now->motor_rad_s / run->set.ratio * (stop[i + 1] - stop[i]) *
+                       run->set.parameters->limits.period_s;
+    run->work_J += now->sensed_Nm * out->velocity_rad_s * run->set.parameters->limits.period_s;
+  }
   if (run->tick >= from) {
     run->sum[0] += motor_rad(run, now) / (float)n;
     run->sum[1] += (run->has_output ? output_rad(run, now) : 0) / (float)n;
@@ -753,6 +781,7 @@ static void take_start(commissioning *run, const commissioning_input *now) {
   run->torque_start_Nm = now->conditions.torque_Nm;
   run->motor_start_Nm = now->motor_torque_Nm;
   run->has_sensed = known(now->sensed_Nm) && known(now->commanded_Nm);
+  run->by_current = run->has_sensed && known(now->motor_rad_s);
   run->sensed_start_Nm = now->sensed_Nm;
   run->commanded_start_Nm = now->commanded_Nm;
   if (run->stage != OVER) {
@@ -768,7 +797,8 @@ static void guard(commissioning *run, const commissioning_input *now) {
   if (!known(now->input_angle_rad) || !known(now->reported_rad) ||
       !known(now->conditions.torque_Nm) || !known(now->elapsed_s) ||
       ((run->has_output || run->set.output_loop) && !known(now->output_angle_rad)) ||
-      (run->has_sensed && !(known(now->sensed_Nm) && known(now->commanded_Nm)))) {
+      (run->has_sensed && !(known(now->sensed_Nm) && known(now->commanded_Nm))) ||
+      (run->by_current && !known(now->motor_rad_s))) {
     give_up(run, COMMISSIONING_INPUT);
   } else if (size(now->reported_rad - run->start_rad - run->command_rad) >
              run->set.follow_bound_rad) {
@@ -891,6 +921,12 @@ const char *commissioning_sentence(commissioning_finding finding) {
       "input of the loop or drive.",
       "The torque that is fed forward moves the motor too far: check unit, ratio, scale and "
       "sign of this input of the loop or drive (torque of the motor or of the output).",
+      "The velocity for the torque from the current is not that of the motor: check its sign and "
+      "unit "
+      "(rad/s of the motor shaft).",
+      "The torque from the current differs between the directions of motion by more than the "
+      "stated "
+      "friction: check the sign of the current and of its constant, and friction and efficiency.",
   };
   return (unsigned)finding < COMMISSIONING_FINDINGS ? sentence[finding] : "unknown";
 }

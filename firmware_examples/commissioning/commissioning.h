@@ -12,7 +12,9 @@
  *     stand      none, 1 s                                  period, noise and range of the torque,
  *                                                           its sign and scale if it is measured
  *     travel     +travel, back, -travel, back               ratio, encoders, which encoder the loop
- *                                                           closes on
+ *                                                           closes on; of a current: the velocity,
+ *                                                           and whether friction cancels between
+ *                                                           the directions (its sign)
  *     shake      sine of shake_rad at shake_Hz              sign, scale and delay of the torque,
  *                                                           headroom
  *                the same with the torque of the command    sign and scale of the torque feed-forward
@@ -84,6 +86,8 @@ typedef enum commissioning_finding {
   COMMISSIONING_ABORTED = 32,
   COMMISSIONING_FEED_SIGN = 33,
   COMMISSIONING_FEED_SCALE = 34,
+  COMMISSIONING_VELOCITY = 35,
+  COMMISSIONING_FRICTION = 36,
   COMMISSIONING_FINDINGS /* number of findings */
 } commissioning_finding;
 
@@ -122,6 +126,8 @@ typedef struct commissioning_input {
   float motor_torque_Nm;  /* external torque from the motor current (lm_estimate_torque); LM_UNKNOWN
                            * if there is none, or if it is conditions.torque_Nm */
   float sensed_Nm;    /* external torque as measured, before a filter; LM_UNKNOWN: it is computed */
+  float motor_rad_s;  /* of the motor shaft, from which a current's sensed_Nm was computed;
+                         LM_UNKNOWN: it is no current */
   float commanded_Nm; /* gravity minus inertia times the acceleration of the command; LM_UNKNOWN */
   lm_conditions conditions; /* as the host passes them to the compensator */
 } commissioning_input;
@@ -158,6 +164,9 @@ typedef struct commissioning {
   int32_t fed;        /* second shake */
   float unfed_rad[2]; /* error of the loop in the first one */
   float start_rad, input_start_rad, output_start_rad;
+  int32_t by_current;
+  float turned_rad; /* integral of the velocity over the travel, forth and back */
+  float work_J;     /* of sensed_Nm in it */
   float torque_start_Nm, motor_start_Nm, sensed_start_Nm, commanded_start_Nm;
   float stood_rad; /* correction of the parallel compensator at the initial position */
   float command_rad, correction_rad; /* as returned last; the command relative to start_rad */

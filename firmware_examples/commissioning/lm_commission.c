@@ -38,7 +38,8 @@ commissioning_finding lm_commission_start(lm_commission *c, lm_axis *a, lm_drive
 
 void lm_commission_step(lm_commission *c, lm_axis *a, lm_drive *d, const lm_conditions *at,
                         float motor_rad, float output_rad) {
-  commissioning_input in = {0, 0, 0, 0, LM_UNKNOWN, LM_UNKNOWN, LM_UNKNOWN, LM_CONDITIONS_UNKNOWN};
+  commissioning_input in = {
+      0, 0, 0, 0, LM_UNKNOWN, LM_UNKNOWN, LM_UNKNOWN, LM_UNKNOWN, LM_CONDITIONS_UNKNOWN};
   int guides;
   if (c->on && !c->out.finding && d->ended == LM_AXIS_WAITS_PARTED) {
     commissioning_abort(&c->run);
@@ -67,6 +68,7 @@ void lm_commission_step(lm_commission *c, lm_axis *a, lm_drive *d, const lm_cond
   in.output_angle_rad = output_rad;
   in.reported_rad = report(c, a, motor_rad, output_rad);
   in.sensed_Nm = a->source == LM_AXIS_COMMAND ? LM_UNKNOWN : a->sensed_Nm;
+  in.motor_rad_s = a->source == LM_AXIS_CURRENT ? a->motor_rad_s : LM_UNKNOWN;
   in.commanded_Nm = a->command_Nm;
   in.conditions = *at;
   if (a->source == LM_AXIS_CURRENT && !c->begun && a->bound_Nm > c->run.set.friction_Nm) {

@@ -45,6 +45,7 @@ static commissioning_finding try_axis(mistakes wrong) {
     now.reported_rad = motor_rad - out.correction.correction_rad;
     now.motor_torque_Nm = LM_UNKNOWN; /* no torque from the motor current */
     now.sensed_Nm = wrong.torque_sign * torque_Nm;
+    now.motor_rad_s = LM_UNKNOWN;
     now.commanded_Nm = torque_Nm;
     now.conditions = at;
     now.conditions.torque_Nm = wrong.torque_sign * torque_Nm;

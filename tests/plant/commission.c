@@ -34,7 +34,7 @@ typedef struct axis {
   double output_noise_rad, torque_noise_Nm, period_s;
   double gravity_known, friction_known, sheet_off; /* factors on the known values */
   double position_gain, speed_gain, integral;
-  int has_output, has_sensor;
+  int has_output, has_sensor, has_current;
 } axis;
 
 static axis make_axis(unsigned seed) {
@@ -87,6 +87,7 @@ static axis make_axis(unsigned seed) {
     a.has_output = draw(0, 1) < 0.75;
     a.has_sensor = draw(0, 1) < 0.4;
   }
+  a.has_current = !a.has_sensor && seed % 2 == 1;
   a.speed_gain = 250 * a.make.rotor_kgm2;
   return a;
 }
@@ -161,6 +162,9 @@ typedef enum fault {
   FED_SIGN,
   FED_SCALE,
   FED_RATIO,
+  CURRENT_SIGN,
+  SPEED_SIGN,
+  SPEED_OUTPUT,
   FAULTS
 } fault;
 
@@ -210,6 +214,9 @@ static const struct {
     {"torque fed forward with the wrong sign", COMMISSIONING_FEED_SIGN, 0},
     {"torque fed forward +-20 to 1000 times", COMMISSIONING_FEED_SCALE, 0},
     {"torque of the output fed to the motor", COMMISSIONING_FEED_SCALE, 0},
+    {"motor current with the wrong sign", COMMISSIONING_FRICTION, 0},
+    {"its velocity with the wrong sign", COMMISSIONING_VELOCITY, 0},
+    {"its velocity that of the output", COMMISSIONING_VELOCITY, 0},
 };
 
 /* The drive around the joint: cascade on the motor encoder, feed-forward. */
@@ -275,6 +282,32 @@ static double host_torque(host *h, const plant *joint, const commissioning_outpu
   }
 }
 
+/* As the host knows it, 1 N m / A. */
+static lm_motor find_motor(const axis *a) {
+  const double ratio = fabs(a->ratio);
+  lm_motor motor;
+  motor.torque_constant_Nm_per_A = 1;
+  motor.ratio = (float)a->ratio;
+  motor.efficiency = 1;
+  motor.rotor_inertia_kg_m2 = (float)(a->friction_known * a->make.rotor_kgm2 / (ratio * ratio));
+  motor.coulomb_Nm = (float)(a->friction_known * a->make.coulomb_Nm / ratio);
+  motor.viscous_Nm_s = (float)(a->friction_known * a->make.viscous_Nms / (ratio * ratio));
+  motor.standstill_rad_s = (float)(REVERSAL_RAD_S * ratio);
+  return motor;
+}
+
+/* The torque from the current, and the velocity for it. */
+static void sense_current(const host *h, const lm_motor *motor, const commissioning_output *wish,
+                          commissioning_input *now) {
+  const double ratio = h->a->ratio;
+  const float sign = h->wrong == CURRENT_SIGN ? -1 : 1;
+  now->motor_rad_s = (float)(h->speed_rad_s * ratio);
+  now->motor_rad_s *= h->wrong == SPEED_SIGN ? -1 : h->wrong == SPEED_OUTPUT ? 1 / (float)ratio : 1;
+  now->sensed_Nm = lm_estimate_torque(
+      motor, sign * (float)(h->motor_Nm / ratio), now->motor_rad_s,
+      (float)(ratio * (double)(wish->acceleration_rad_s2 + wish->correction.acceleration_rad_s2)));
+}
+
 /* Torque of the motor, N m, referred to the output by the true ratio. */
 static double host_push(host *h, const plant *joint, const commissioning_output *wish,
                         double correction_rad) {
@@ -328,6 +361,7 @@ static outcome run(const axis *a, const lm_parameters *good, fault wrong) {
   int64_t over = 0;
   double start_rad = 0;
   double start_Nm = 0;
+  const lm_motor motor = find_motor(a);
   memset(&h, 0, sizeof h);
   h.a = a;
   h.wrong = wrong;
@@ -350,6 +384,9 @@ static outcome run(const axis *a, const lm_parameters *good, fault wrong) {
   }
   set = commissioning_suggest(&parameters, (float)h.known_ratio);
   set.friction_Nm = (float)(0.3 * a->make.coulomb_Nm); /* unknown part of it */
+  if (a->has_current) {
+    set.friction_Nm = lm_bound_torque(&motor, 0, 0);
+  }
   set.shake_rad *= a->has_output ? 1.0f : 2.0f;
   set.ratio *= wrong == STATED_RATIO ? 1.25f : wrong == STATED_SIGN ? -1.0f : 1.0f;
   set.output_loop = is_output_loop(wrong) || wrong == OUTPUT_MISTAKEN;
@@ -384,6 +421,10 @@ static outcome run(const axis *a, const lm_parameters *good, fault wrong) {
                                      a->make.viscous_Nms * h.speed_rad_s +
                                      a->make.rotor_kgm2 * (double)out.acceleration_rad_s2));
     now.sensed_Nm = a->has_sensor ? (float)h.sensed_Nm : LM_UNKNOWN;
+    now.motor_rad_s = LM_UNKNOWN;
+    if (a->has_current) {
+      sense_current(&h, &motor, &out, &now);
+    }
     now.commanded_Nm = (float)h.model_Nm;
     now.conditions = (lm_conditions)LM_CONDITIONS_UNKNOWN;
     now.conditions.torque_Nm = (float)told_Nm;
@@ -520,6 +561,11 @@ int main(int count, char **word) {
         b.has_output = 0;
         b.has_sensor = 1;
         b.gravity_Nm = 0.3 * a.rated_Nm; /* else its bound may be reached first */
+      }
+      b.has_current = wrong == CURRENT_SIGN || wrong == SPEED_SIGN || wrong == SPEED_OUTPUT;
+      if (b.has_current) {
+        b.has_sensor = 0;
+        b.gravity_Nm = 0; /* else its sign is found at rest */
       }
       if (wrong == OUTPUT_LOOP || wrong == COMPENSATES ||
           wrong == OUTPUT_MISTAKEN) { /* found if the load changes */
