@@ -81,10 +81,10 @@ static lm_status refuse(lm_fault *fault, lm_status status, const char *input, fl
 }
 
 lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_axis_kept *kept,
-                           const lm_conditions *at, float motor_rad, float zero_rad,
-                           lm_fault *fault) {
+                           const lm_conditions *at, float motor_rad, lm_fault *fault) {
   const float ratio = a->ratio;
   const int output_loop = a->output_loop;
+  const float zero_rad = kept ? kept->zero_rad : 0;
   lm_conditions first = *at;
   lm_status status;
   float motor_over_ratio_rad;
@@ -245,6 +245,7 @@ static float use(lm_axis *a, float beyond_Nm) {
 }
 
 float lm_axis_gravity(lm_axis *a, float gravity_Nm, int homed) {
+  a->homed = homed;
   if (!homed) {
     if (a->source == LM_AXIS_COMMAND) {
       lm_axis_forget(a);
@@ -518,6 +519,10 @@ static void step(lm_axis *a, const lm_conditions *at, float motor_over_ratio_rad
     a->waits = LM_AXIS_READY;
     a->unseen = a->unseen && (a->source_lost || size(a->off_Nm) > 0);
     find_stillness(a, motor_over_ratio_rad);
+    a->late_s = size(a->follow.late_rad) >= LM_FOLLOW_NEAR_RAD ? a->late_s + a->follow.period_s : 0;
+    if (a->late_s > a->follow.stand_s) { /* it does not shift: at rest it begins at the command */
+      (void)lm_axis_pause(a);
+    }
     a->moved_rad = a->follow.moved_rad;
     a->setpoint_rad = a->command_rad - a->zero_rad + added_rad(a);
     if (a->output_loop && moves_alone(a)) {
@@ -691,7 +696,8 @@ static float find_wind_up(const lm_axis *a) {
 float lm_axis_reference(lm_axis *a, float motor_rad, float angle_rad) {
   const float shift_rad = angle_rad - lm_axis_reported(a, motor_rad);
   const float lags_rad = a->correction.correction_rad + a->correction.lost_motion_rad;
-  if (a->state == LM_AXIS_OFF || !is_angle(a->zero_rad + shift_rad)) {
+  if (a->state == LM_AXIS_OFF || !is_angle(a->zero_rad + shift_rad) ||
+      (a->homed && size(shift_rad) > LM_AXIS_APART_RAD)) {
     return -1;
   }
   a->command_rad += shift_rad;
@@ -731,6 +737,7 @@ lm_axis_wait lm_axis_power_down(lm_axis *a, lm_axis_kept *kept) {
   lm_save_compensator(&a->compensator, &kept->history);
   kept->beyond_Nm = a->beyond_Nm;
   kept->gravity_Nm = a->gravity_Nm;
+  kept->zero_rad = a->zero_rad;
   kept->unseen = a->unseen;
   kept->commissioned = a->commissioned;
   kept->fingerprint = a->compensator.parameters->fingerprint;

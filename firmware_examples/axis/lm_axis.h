@@ -136,6 +136,8 @@ typedef struct lm_axis {
   float off_Nm; /* jump of the torque of the command that the torque in use has still to make */
   float creep_Nm_s;
   float gravity_Nm;  /* last known one */
+  int homed;         /* of lm_axis_gravity */
+  float late_s;      /* for which the planner has not shifted with the zero */
   float step_Nm;     /* of gravity, that no motion makes */
   int unfeeds;       /* lm_drive: the feed-forward ends: another mode may ignore it */
   float fed_Nm;      /* torque_Nm, as far as it is fed forward */
@@ -148,27 +150,28 @@ typedef struct lm_axis {
 } lm_axis;
 
 /* What lm_drive_power_down saves, for memory that survives. beyond_Nm: what a measurement added to
- * the torque of the command. Set history.format to 0 if the load changed meanwhile. commissioned
- * stays at power-up; it holds for the parameters of this fingerprint. */
+ * the torque of the command. Set history.format to 0 if the load changed meanwhile. zero_rad and
+ * commissioned stay at power-up: the zero of an absolute encoder, which the host writes after every
+ * homing, too; commissioned holds for the parameters of this fingerprint. */
 typedef struct lm_axis_kept {
   lm_saved history;
   int commissioned;
   uint32_t fingerprint;
   float beyond_Nm;
   float gravity_Nm;
+  float zero_rad;
   int unseen;
 } lm_axis_kept;
 
 /* Power-up, the loop open, the brake on. at: the conditions, with the torque of the command:
- * gravity at motor_rad / ratio + zero_rad, or LM_UNKNOWN: that of the power-down. zero_rad: the
- * stored zero of an absolute encoder, otherwise 0. kept: of the last power-down, or null. It is
- * used up: write *kept back to its memory before the loop closes, so that a later reset does not
- * restore it again. Errors: those of lm_start_compensator; LM_OUT_OF_RANGE
- * ("ratio": 0 or not finite; "motor_rad", "zero_rad": not finite or beyond LM_AXIS_ANGLE_MAX_RAD at
- * the output). Then the axis is off, and the setpoint 0 means nothing. A measured torque: then lm_declare_torque_error. */
+ * gravity at motor_rad / ratio + the zero, or LM_UNKNOWN: that of the power-down. kept: of the last
+ * power-down (all 0: none), or null. Its history is used up: write *kept back to its memory before
+ * the loop closes, so that a later reset does not restore it again. Errors: those of
+ * lm_start_compensator; LM_OUT_OF_RANGE ("ratio": 0 or not finite; "motor_rad", "zero_rad" of kept:
+ * not finite or beyond LM_AXIS_ANGLE_MAX_RAD at the output). Then the axis is off, and the setpoint
+ * 0 means nothing. A measured torque: then lm_declare_torque_error. */
 lm_status lm_axis_power_up(lm_axis *a, const lm_parameters *parameters, lm_axis_kept *kept,
-                           const lm_conditions *at, float motor_rad, float zero_rad,
-                           lm_fault *fault);
+                           const lm_conditions *at, float motor_rad, lm_fault *fault);
 
 /* The torque for lm_conditions: one of the three in every tick, before lm_axis_tick, in all states.
  * commanded_Nm: gravity at command_rad minus inertia times the planner's acceleration of the output
@@ -261,8 +264,10 @@ lm_status lm_axis_change(lm_axis *a, const lm_parameters *parameters, lm_fault *
  * torque error, if it was declared, and the residual of the fit. If that is too much, drive a load cycle, after
  * which the history is known (lm_bound_uncertainty), and home again.
  * If gravity was computed with the zero of before, the torque in use is still that: lm_axis_pause
- * shortens its way to the new value. Off, or an angle that is not valid: returns -1 and changes
- * nothing. */
+ * shortens its way to the new value. Returns -1 and changes nothing: off, an angle that is not
+ * valid, or a zero that was known (homed 1 of lm_axis_gravity) and shifts by more than
+ * LM_AXIS_APART_RAD: a unit, a switch, an encoder is wrong. Another zero on purpose: homed 0
+ * before. A planner that has not shifted once it rests pauses the axis. */
 float lm_axis_reference(lm_axis *a, float motor_rad, float angle_rad);
 
 /* The index of an incremental encoder: latched_rad: of the motor there; index_rad: latched_rad /

@@ -145,10 +145,10 @@ static int is_off(const lm_drive *d) {
 }
 
 lm_status lm_drive_power_up(const lm_drive *d, lm_axis *a, const lm_parameters *parameters,
-                            lm_axis_kept *kept, const lm_conditions *at, float motor_over_ratio_rad,
-                            float zero_rad, lm_fault *fault) {
+                            lm_axis_kept *kept, const lm_conditions *at, float motor_rad,
+                            lm_fault *fault) {
   if (is_off(d) && (d->own_brake || d->closing_s > 0)) {
-    return lm_axis_power_up(a, parameters, kept, at, motor_over_ratio_rad, zero_rad, fault);
+    return lm_axis_power_up(a, parameters, kept, at, motor_rad, fault);
   }
   if (fault) {
     memset(fault, 0, sizeof *fault);

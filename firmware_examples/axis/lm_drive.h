@@ -76,8 +76,8 @@ const char *lm_drive_sentence(const lm_drive *d);
  * the brake released, or without the closing time of a brake of the host: LM_INCONSISTENT
  * ("enable", "closing_s"); then nothing has changed. */
 lm_status lm_drive_power_up(const lm_drive *d, lm_axis *a, const lm_parameters *parameters,
-                            lm_axis_kept *kept, const lm_conditions *at, float motor_over_ratio_rad,
-                            float zero_rad, lm_fault *fault);
+                            lm_axis_kept *kept, const lm_conditions *at, float motor_rad,
+                            lm_fault *fault);
 
 /* Saves the history for lm_drive_power_up; the axis is off then, and a new start is a power-up. Not
  * LM_AXIS_READY: the drive is enabled or the brake released, or motor and correction have not

@@ -266,7 +266,7 @@ static int go_far(joint *j) {
     run(j, 1, LOAD_NM, FAST_RAD);
   }
   if (j->drive.state != LM_AXIS_PAUSED || j->motor_rad < 30.5f ||
-      lm_axis_power_up(&started, &joint_parameters, 0, &at, j->motor_rad, 0, 0) != LM_OK ||
+      lm_axis_power_up(&started, &joint_parameters, 0, &at, j->motor_rad, 0) != LM_OK ||
       join(j) > STILL_RAD) {
     return 1;
   }
@@ -326,6 +326,10 @@ static int shift_gravity(joint *j) {
   j->drive.beyond_Nm = 0; /* nothing was measured */
   before_Nm = lm_axis_use_command(&j->drive, lm_axis_gravity(&j->drive, LOAD_NM, 1));
   run(j, 1, before_Nm, 0);
+  if (lm_axis_reference(&j->drive, j->motor_rad, j->drive.command_rad + 0.3f) >= 0) {
+    return 1; /* the zero was known: a wrong unit */
+  }
+  j->drive.homed = 0;
   (void)lm_axis_reference(&j->drive, j->motor_rad, j->drive.command_rad + 0.3f);
   for (k = 0; k < 4; ++k) { /* the planner, and gravity that is computed from it, follow later */
     const float gravity_Nm = k < 3 ? LOAD_NM : LOAD_NM - 4.0f;
@@ -347,7 +351,29 @@ static int shift_gravity(joint *j) {
     return 1;
   }
   (void)lm_axis_use_command(&j->drive, lm_axis_gravity(&j->drive, LOAD_NM, 1));
+  j->drive.homed = 0;
   return join(j) > STILL_RAD;
+}
+
+/* A planner that never shifts with the zero: once it rests it begins at the command, and nothing
+ * has moved. */
+static int forget_shift(joint *j) {
+  const lm_conditions at = conditions(LOAD_NM);
+  const float before_rad = j->motor_rad;
+  const float stays_rad = j->wish_rad;
+  int paused = 0;
+  int k;
+  (void)lm_axis_reference(&j->drive, j->motor_rad, j->drive.command_rad + 0.3f);
+  for (k = 0; k < 3 * STAND_TICKS && !paused; ++k) {
+    (void)lm_axis_tick(&j->drive, &at, j->motor_rad, stays_rad, 1);
+    paused = j->drive.state == LM_AXIS_PAUSED;
+  }
+  j->wish_rad = j->drive.command_rad;
+  if (!paused || join(j) > STILL_RAD) {
+    return 1;
+  }
+  return size(j->motor_rad - before_rad) > STILL_RAD ||
+         size(j->wish_rad - stays_rad - 0.3f) > ARRIVED_RAD;
 }
 
 /* The planner at rest within NEAR_RAD of the command, by beside_rad when the axis is closed. */
@@ -803,7 +829,7 @@ static int start_late(void) {
   static lm_axis axis = {.ratio = 1};
   lm_conditions at = conditions(LOAD_NM);
   int k;
-  if (lm_axis_power_up(&axis, &joint_parameters, 0, &at, 0, 0, 0) != LM_OK) {
+  if (lm_axis_power_up(&axis, &joint_parameters, 0, &at, 0, 0) != LM_OK) {
     return 1;
   }
   at.elapsed_s = 100 * PERIOD_S;
@@ -821,20 +847,23 @@ static int refuse_angles(void) {
   static lm_axis axis; /* without a ratio */
   const lm_conditions at = conditions(LOAD_NM);
   const float none = not_a_number();
+  lm_axis_kept wrong;
   lm_fault fault;
   int k;
-  if (lm_axis_power_up(&axis, &joint_parameters, 0, &at, 0, 0, &fault) != LM_OUT_OF_RANGE ||
+  memset(&wrong, 0, sizeof wrong);
+  wrong.zero_rad = none;
+  if (lm_axis_power_up(&axis, &joint_parameters, 0, &at, 0, &fault) != LM_OUT_OF_RANGE ||
       fault.input[0] != 'r') {
     return 1;
   }
   axis.ratio = 1;
-  if (lm_axis_power_up(&axis, &joint_parameters, 0, &at, none, 0, &fault) != LM_OUT_OF_RANGE ||
+  if (lm_axis_power_up(&axis, &joint_parameters, 0, &at, none, &fault) != LM_OUT_OF_RANGE ||
       size(lm_axis_tick(&axis, &at, none, 0, 1)) > 0 ||
-      lm_axis_power_up(&axis, &joint_parameters, 0, &at, 257, 0, &fault) != LM_OUT_OF_RANGE ||
+      lm_axis_power_up(&axis, &joint_parameters, 0, &at, 257, &fault) != LM_OUT_OF_RANGE ||
       fault.input[0] != 'm' ||
-      lm_axis_power_up(&axis, &joint_parameters, 0, &at, 0, none, &fault) != LM_OUT_OF_RANGE ||
+      lm_axis_power_up(&axis, &joint_parameters, &wrong, &at, 0, &fault) != LM_OUT_OF_RANGE ||
       axis.state != LM_AXIS_OFF || lm_axis_close(&axis) != LM_AXIS_WAITS_START ||
-      lm_axis_power_up(&axis, &joint_parameters, 0, &at, 0, 0, &fault) != LM_OK) {
+      lm_axis_power_up(&axis, &joint_parameters, 0, &at, 0, &fault) != LM_OK) {
     return 1;
   }
   for (k = 0; k < STAND_TICKS; ++k) {
@@ -889,7 +918,7 @@ int axis_story(float *most_rad) {
     return 17;
   }
   /* Power-up, the brake on. */
-  if (lm_axis_power_up(&j.drive, &joint_parameters, &kept, &at, j.motor_rad, 0, 0) != LM_OK) {
+  if (lm_axis_power_up(&j.drive, &joint_parameters, &kept, &at, j.motor_rad, 0) != LM_OK) {
     return 1;
   }
   /* Never commissioned with these parameters: a commissioning alone closes the loop. Here it is
@@ -1024,7 +1053,7 @@ int axis_story(float *most_rad) {
       shift_gravity(&j)) {
     return 18;
   }
-  if (confuse_planner(&j)) {
+  if (confuse_planner(&j) || forget_shift(&j)) {
     return 19;
   }
   if (wait_for_drive(&j) || plan_slowly(&j) || start_late()) {
@@ -1077,14 +1106,12 @@ int axis_story(float *most_rad) {
   for (k = 0; k < 3 * STAND_TICKS; ++k) {
     run(&j, 1, lm_axis_use_sensor(&j.drive, LOAD_NM, LOAD_NM + PUSH_NM), 0);
   }
-  zero_rad = j.drive.zero_rad; /* of an absolute encoder: stored */
   if (lm_axis_power_down(&j.drive, &kept) || kept.history.format == 0) {
     return 9;
   }
   error_rad = output(&j);
   j.wish_rad = j.drive.command_rad;
-  if (lm_axis_power_up(&j.drive, &joint_parameters, &kept, &at, j.motor_rad, zero_rad, 0) !=
-          LM_OK ||
+  if (lm_axis_power_up(&j.drive, &joint_parameters, &kept, &at, j.motor_rad, 0) != LM_OK ||
       (j.drive.correction.status & LM_STATE_MEMORY_UNKNOWN) || kept.history.format != 0) {
     return 10;
   }

@@ -110,7 +110,7 @@ static int16_t find_torque(const cia402_axis *c) {
 
 lm_status cia402_start(cia402_axis *c, const cia402_drive *values, const lm_parameters *parameters,
                        lm_axis_kept *kept, const lm_conditions *at, const cia402_input *in,
-                       float zero_rad, lm_fault *fault) {
+                       lm_fault *fault) {
   const float period_s = period_of(values);
   lm_status status;
   memset(c, 0, sizeof *c);
@@ -152,8 +152,7 @@ lm_status cia402_start(cia402_axis *c, const cia402_drive *values, const lm_para
   c->correction_rad = parameters->limits.correction_rad;
   c->axis.ratio = values->ratio;
   c->axis.output_loop = values->output_loop;
-  return lm_axis_power_up(&c->axis, parameters, kept, at, find_motor(values, c->motor_inc),
-                          zero_rad, fault);
+  return lm_axis_power_up(&c->axis, parameters, kept, at, find_motor(values, c->motor_inc), fault);
 }
 
 /* Time for which the motor has been at rest: behind its brake, or stopped by the drive. */

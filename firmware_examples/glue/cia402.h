@@ -110,14 +110,14 @@ typedef struct cia402_axis {
 } cia402_axis;
 
 /* Power-up: the drive is not enabled and has reported its position. Checks the parameters,
- * and that the sync period is theirs. kept, at, zero_rad: as lm_axis_power_up.
+ * and that the sync period is theirs. kept, at: as lm_axis_power_up.
  * LM_OUT_OF_RANGE ("increments_per_rev", "ratio", "period_exponent",
  * "motor_rad": beyond LM_AXIS_ANGLE_MAX_RAD from the origin), LM_INCONSISTENT
  * ("period_s"; "valid": the input is not; "statusword": the drive is enabled: cia402_cycle
  * sends quick stop until it is not), those of lm_axis_power_up. */
 lm_status cia402_start(cia402_axis *c, const cia402_drive *values, const lm_parameters *parameters,
                        lm_axis_kept *kept, const lm_conditions *at, const cia402_input *in,
-                       float zero_rad, lm_fault *fault);
+                       lm_fault *fault);
 
 /* One sync period, as lm_drive_step and lm_axis_tick: `run` and `wish_rad`. Before it, in every
  * state of the drive, one of the functions lm_axis_use_... for at->torque_Nm. With run 0 the drive

@@ -593,7 +593,7 @@ static int check_output_loop(cell *c, lm_conditions *at) {
   lm_fault fault;
   int32_t rate = 0;
   int k;
-  if (cia402_start(&c->cia, &drive, &joint_parameters, 0, at, &in, 0, &fault) != LM_OK) {
+  if (cia402_start(&c->cia, &drive, &joint_parameters, 0, at, &in, &fault) != LM_OK) {
     return 10;
   }
   c->cia.axis.commissioned = 1;
@@ -664,7 +664,6 @@ int check_cia402(void) {
   cia402_input in;
   float wish_rad;
   float start_rad;
-  float zero_rad;
   int k;
   at.torque_Nm = LOAD_NM;
   c.drive.mode = CIA402_CSP;
@@ -673,13 +672,13 @@ int check_cia402(void) {
   lm_start_model(&c.gear, LOAD_NM);
   lm_settle_model(&joint_parameters, &c.gear);
   in = read_drive(&c);
-  if (cia402_start(&c.cia, &wrong_period, &joint_parameters, 0, &at, &in, 0, &fault) !=
+  if (cia402_start(&c.cia, &wrong_period, &joint_parameters, 0, &at, &in, &fault) !=
           LM_INCONSISTENT ||
       fault.input[0] != 'p') {
     return 1;
   }
   in.statusword = CIA402_OPERATION_ENABLED;
-  if (cia402_start(&c.cia, &drive, &joint_parameters, 0, &at, &in, 0, &fault) != LM_INCONSISTENT) {
+  if (cia402_start(&c.cia, &drive, &joint_parameters, 0, &at, &in, &fault) != LM_INCONSISTENT) {
     return 42;
   }
   for (k = 0; k < 20; ++k) { /* the host calls it nevertheless: the drive is not let fall */
@@ -690,8 +689,8 @@ int check_cia402(void) {
     }
   }
   in = read_drive(&c);
-  if (cia402_start(&c.cia, &near, &joint_parameters, 0, &at, &in, 0, &fault) != LM_OUT_OF_RANGE ||
-      cia402_start(&c.cia, &drive, &joint_parameters, 0, &at, &in, 0, &fault) != LM_OK) {
+  if (cia402_start(&c.cia, &near, &joint_parameters, 0, &at, &in, &fault) != LM_OUT_OF_RANGE ||
+      cia402_start(&c.cia, &drive, &joint_parameters, 0, &at, &in, &fault) != LM_OK) {
     return 2;
   }
   /* Never commissioned: not enabled, and it does not start by itself once it may. */
@@ -704,7 +703,7 @@ int check_cia402(void) {
     return 52;
   }
   c.drive.status = CIA402_SWITCH_ON_DISABLED;
-  if (cia402_start(&c.cia, &drive, &joint_parameters, 0, &at, &in, 0, &fault) != LM_OK) {
+  if (cia402_start(&c.cia, &drive, &joint_parameters, 0, &at, &in, &fault) != LM_OK) {
     return 2;
   }
   c.cia.axis.commissioned = 1;
@@ -769,7 +768,6 @@ int check_cia402(void) {
   }
   /* Power-down with the brake on, power-up with the history. */
   cycles(&c, STAND_CYCLES, LOAD_NM, &wish_rad, 0, 0);
-  zero_rad = c.cia.axis.zero_rad;
   in = read_drive(&c);
   start_rad = reported(&c.cia, &in);
   if (lm_drive_power_down(&c.cia.drive, &c.cia.axis, &kept)) {
@@ -780,7 +778,7 @@ int check_cia402(void) {
     return 27; /* the history is saved */
   }
   in = read_drive(&c);
-  if (cia402_start(&c.cia, &drive, &joint_parameters, &kept, &at, &in, zero_rad, &fault) != LM_OK ||
+  if (cia402_start(&c.cia, &drive, &joint_parameters, &kept, &at, &in, &fault) != LM_OK ||
       kept.history.format != 0) {
     return 8;
   }

@@ -35,7 +35,7 @@ extern commissioning_finding commission(void);
 
 int run, homed, same_load = 1;
 static int ever_ordered; /* the loop of kind A has been enabled */
-struct memory stored;
+lm_axis_kept stored;
 static plan planned;
 static float planned_rad_s;
 static float target_rad, setpoint_rad, feed_Nm;
@@ -605,13 +605,13 @@ static int restart(int knows_zero) {
   for (k = 0; k < 8000 && !power_down(); ++k) {
     ticks(1);
   }
-  if (k == 8000 || a->state != LM_AXIS_OFF || stored.kept.history.format == 0) {
+  if (k == 8000 || a->state != LM_AXIS_OFF || stored.history.format == 0) {
     return 11;
   }
   run = 1;
   power_on();
   (void)seconds(2);
-  if (stored.kept.history.format != 0 || on) {
+  if (stored.history.format != 0 || on) {
     return 12;
   }
   run = 0;

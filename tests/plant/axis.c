@@ -204,7 +204,7 @@ static int start(host *h, const lm_parameters *parameters, int on_output, double
   at.temperature_C = 20;
   h->axis.ratio = (float)RATIO;
   h->axis.output_loop = on_output;
-  if (lm_drive_power_up(&h->drive, &h->axis, parameters, 0, &at, (float)(encoder(h) * turns(h)), 0,
+  if (lm_drive_power_up(&h->drive, &h->axis, parameters, 0, &at, (float)(encoder(h) * turns(h)),
                         0) != LM_OK) {
     return 0;
   }
