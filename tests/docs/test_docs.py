@@ -142,6 +142,41 @@ def test_a_loop_whose_setpoint_is_not_at_the_motor_is_not_enabled(tmp_path: Path
     blocks.run([tmp_path / "axis", "wrong"], tmp_path)
 
 
+AROUND = {
+    "lm_axis_turn": """#include "host.h"
+#define TURN_RAD 6.28318531f
+#define COUNTS_PER_TURN (-1638400)
+extern int origin_counts;
+extern void begin_tick(void);
+void begin_tick(void) {
+""",
+    "tick_all": '#include "host.h"\nextern void tick_all(void);\n',
+}
+"""What the reader writes around the code of the reference page."""
+
+
+def test_the_code_of_the_reference_page_compiles(tmp_path: Path) -> None:
+    page = blocks.read_blocks(blocks.DOCS / "integration_reference.md")
+    code = [block.code for block in page if block.language == "text"]
+    compile_axis(tmp_path, "own_loop")
+    includes = [f"-I{blocks.ROOT / 'firmware_examples' / x}" for x in ("axis", "commissioning")]
+    for name, before in AROUND.items():
+        (found,) = (x for x in code if name in x)
+        (tmp_path / f"{name}.c").write_text(before + found + "}\n" * ("{\n" in before))
+        blocks.compile_c([f"{name}.c", "-DLM_REAL_BITS=32", *includes, "-c"], tmp_path)
+    # Each line replaces the one of A that begins as it does.
+    (changes,) = (x for x in code if "output_loop = 1" in x)
+    loop = (tmp_path / "own_loop.c").read_text()
+    for line in filter(None, changes.splitlines()):
+        begin = re.escape(re.split("[(={]", line)[0])
+        loop, count = re.subn(rf"^( *){begin}[^;]*;.*$", rf"\g<1>{line}", loop, flags=re.M)
+        assert count == 1, line
+    loop = loop.replace("#include", "extern float output_rad(void);\n#include", 1)
+    (tmp_path / "output.c").write_text(loop)
+    unused = "-Wno-unused-const-variable"  # the motor of A
+    blocks.compile_c(["output.c", "-DLM_REAL_BITS=32", unused, *includes, "-c"], tmp_path)
+
+
 def test_the_decision_for_floating_point_is_on_the_page_of_costs() -> None:
     text = (blocks.DOCS / "integration_reference.md").read_text()
     page = re.sub(r"\s+", " ", text).replace(",", "")
