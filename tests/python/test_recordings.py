@@ -14,9 +14,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from conftest import DATA
+from lostmotion.arrays import FloatArray
 from lostmotion.errors import InputError
 from lostmotion.recordings import Campaign, check_scale, parse_map, read_campaign
-from lostmotion.recordings.campaign import FloatArray
 from lostmotion.recordings.encoders import unwrap
 from lostmotion.recordings.gate import check_encoders
 from lostmotion.sample import sample_campaign

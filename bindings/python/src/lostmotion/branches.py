@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray, IntArray
 from lostmotion.torsion_curve import run_plays
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.intp]
 
 REVERSAL_SHARE = 0.02
 """A change of direction of the torque is a reversal if the torque goes back by more than this share

@@ -8,15 +8,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from scipy.optimize import least_squares
 from scipy.special import stdtrit
 
+from lostmotion.arrays import FloatArray
 from lostmotion.drives import Drive, parse_drive
 from lostmotion.errors import InputError
 from lostmotion.model import design_model, fitted_torsion_curve
-
-FloatArray = npt.NDArray[np.float64]
 
 CONSTANTS = {"ring_factor": 1.0, "tooth_compliance_mm_per_N": 1e-5, "foundation_N_per_mm2": 2600.0}
 """Keys of [design.support] that can be calibrated, each with the start value of its search. Sources

@@ -13,10 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray
 from lostmotion.core import core
 from lostmotion.units import ARCMIN
-
-FloatArray = npt.NDArray[np.float64]
 
 PARTS = ("radial_gap", "side_clearance", "radial_compliance", "torsion", "tooth_bending")
 """The contributions, in the order in which they appear with growing torque."""

@@ -16,12 +16,10 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lostmotion.arrays import FloatArray
 from lostmotion.core import Core, core
 from lostmotion.flank_points import Points, flank_points
-
-Array = NDArray[np.float64]
 
 SCAN_RAD = np.radians(np.linspace(-70.0, 70.0, 1401))
 """Material angles of the search for the closest (ring: furthest) position; beyond, a tooth is out
@@ -67,7 +65,7 @@ class _Motion:
         self._sense = float(line.sense)  # +1: the closest position; -1: the furthest
         self.geometry = geometry
 
-    def place(self, angle_rad: Array) -> Array:
+    def place(self, angle_rad: FloatArray) -> FloatArray:
         """Radius, lead, sine and cosine of the tilt of a tooth's foot, by rows."""
         feet = [self._lib.lm_place_tooth(self._line, angle) for angle in angle_rad]
         leads = [foot.lead_rad + a * self._lead for foot, a in zip(feet, angle_rad, strict=True)]
@@ -78,7 +76,7 @@ class _Motion:
             ]
         ).T
 
-    def half_width(self, height_mm: float, placed: Array) -> Array:
+    def half_width(self, height_mm: float, placed: FloatArray) -> FloatArray:
         """Distance of the flank from the axis at a height over the neutral line, times the sense.
 
         Infinite where the circular spline has no flank.
@@ -101,7 +99,7 @@ class _Motion:
         beyond_tip = self._sense * (rho - self._low) < -self._low * ROUNDING
         return np.where(beyond_tip, math.inf, self._sense * across)
 
-    def closest(self, height_mm: float, scanned: Array) -> float:
+    def closest(self, height_mm: float, scanned: FloatArray) -> float:
         """Least distance (of a space: greatest) over all angles; infinite where no flank is."""
         found = self.half_width(height_mm, scanned)
         best = int(np.argmin(found))

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion import structs
+from lostmotion.arrays import BoolArray, FloatArray
 from lostmotion.catalogue import PARTS, REVERSAL_TORQUE_SHARE
 from lostmotion.core import Bits, core
 from lostmotion.drives import KNOT, SLOPE, Drive, numbered
@@ -21,7 +22,6 @@ from lostmotion.structs import Design
 from lostmotion.torsion_curve import TorsionCurve
 from lostmotion.units import ARCMIN
 
-FloatArray = npt.NDArray[np.float64]
 Array = npt.NDArray[Any]
 
 TORSION_CURVE_TORQUES = 257
@@ -46,7 +46,7 @@ class Clearances:
     backward_radius_mm: Array
 
     @property
-    def overlap(self) -> npt.NDArray[np.bool_]:
+    def overlap(self) -> BoolArray:
         """Whether the tooth overlaps the rigid gear's teeth at all."""
         return np.asarray(np.isfinite(self.forward_rad) | np.isfinite(self.backward_rad))
 

@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray
 from lostmotion.core import NEEDS, Core, core
 from lostmotion.drives import read_drive
 from lostmotion.errors import InputError, LibraryError
@@ -35,8 +36,6 @@ from lostmotion.units import ARCSEC
 
 if TYPE_CHECKING:
     from lostmotion.effects.effect import Effect
-
-FloatArray = npt.NDArray[np.float64]
 
 
 def _names_of_bits(prefix: str) -> tuple[str, ...]:

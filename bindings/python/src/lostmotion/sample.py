@@ -21,8 +21,8 @@ from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import BoolArray, FloatArray, IntArray
 from lostmotion.cluster import connect, no_dask
 from lostmotion.errors import InputError, one_line
 from lostmotion.on_progress import OnProgress
@@ -58,8 +58,6 @@ from lostmotion.recordings.soundness import (
 from lostmotion.threads import cores
 from lostmotion.torsion_curve import run_plays
 
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.intp]
 Label = int | str
 Item = TypeVar("Item")
 Answer = TypeVar("Answer")
@@ -248,9 +246,7 @@ def sample_piece(task: Task) -> list[Part]:
     return list(parts.values())
 
 
-def kept_rows(
-    torque: FloatArray, before: int, stride: int, turn_Nm: float
-) -> npt.NDArray[np.bool_]:
+def kept_rows(torque: FloatArray, before: int, stride: int, turn_Nm: float) -> BoolArray:
     """Mark every n-th row of a run, and the torque reversals."""
     keep = (np.arange(before, before + torque.size) % stride) == 0
     if stride == 1 or turn_Nm <= 0:

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray
 from lostmotion.core import core
-
-FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

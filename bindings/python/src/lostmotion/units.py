@@ -12,8 +12,7 @@ import re
 from dataclasses import dataclass
 from typing import TypeVar
 
-import numpy as np
-import numpy.typing as npt
+from lostmotion.arrays import FloatArray
 
 Dimension = tuple[int, int, int, int, int, int]
 """Powers of force, length, time, angle, temperature and electric current."""
@@ -37,7 +36,7 @@ TORQUE_CONSTANT: Dimension = (1, 1, 0, 0, 0, -1)
 
 ZERO_CELSIUS_K = 273.15
 
-Number = TypeVar("Number", float, npt.NDArray[np.float64])
+Number = TypeVar("Number", float, FloatArray)
 
 
 @dataclass(frozen=True)

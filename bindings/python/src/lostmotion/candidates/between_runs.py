@@ -12,17 +12,14 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import BoolArray, FloatArray
 from lostmotion.candidates.candidate import Candidate
 from lostmotion.candidates.shapes import usual_rates
 from lostmotion.evidence.contest import Contest
 from lostmotion.evidence.scatter import reduce
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.deviations import DEVIATIONS
-
-FloatArray = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 
 def run_channels(base: BaselineModel) -> dict[str, tuple[FloatArray, str]]:
@@ -34,7 +31,7 @@ def run_channels(base: BaselineModel) -> dict[str, tuple[FloatArray, str]]:
     }
 
 
-def partings(values: FloatArray) -> list[tuple[float, Mask]]:
+def partings(values: FloatArray) -> list[tuple[float, BoolArray]]:
     """All thresholds between different values, each with the runs beyond it."""
     found = np.unique(values)
     out = []

@@ -4,13 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-import numpy as np
-import numpy.typing as npt
-
+from lostmotion.arrays import FloatArray
 from lostmotion.effects.effect import Effect
-
-FloatArray = npt.NDArray[np.float64]
-
 
 LOAD_NEEDS = {"torque_Nm", "elapsed_s"}
 LOAD_CHANNELS = {"torque", "torque_rate", "time"}

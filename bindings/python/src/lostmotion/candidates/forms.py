@@ -9,8 +9,8 @@ from __future__ import annotations
 from typing import Protocol
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray
 from lostmotion.candidates.own_forms import own_forms
 from lostmotion.candidates.slipped_teeth import slipped_teeth
 from lostmotion.candidates.tangents import (
@@ -26,8 +26,6 @@ from lostmotion.candidates.tangents import (
 from lostmotion.effects.effect import Effect
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.point import Point
-
-FloatArray = npt.NDArray[np.float64]
 
 HALF_A_TOOTH = 0.5
 """Least multiple of a tooth that counts as a slip."""

@@ -7,16 +7,14 @@ that exceeds its neighbours most competes, and its test is corrected for all ord
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from scipy import fft
 
+from lostmotion.arrays import FloatArray
 from lostmotion.candidates.candidate import Candidate
 from lostmotion.candidates.formulas import wave_over_angle
 from lostmotion.candidates.shapes import ANGLE_ORDERS, over_the_output
 from lostmotion.effects.conditions import Conditions, side_by_side
 from lostmotion.fit.baseline import BaselineModel
-
-FloatArray = npt.NDArray[np.float64]
 
 TURNS_LEAST = 2.0
 """Turns of an angle within a run above which it counts as turning."""

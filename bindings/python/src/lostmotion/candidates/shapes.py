@@ -10,16 +10,14 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray
 from lostmotion.candidates.candidate import Candidate
 from lostmotion.candidates.formulas import wave_over_angle, wave_over_torque
 from lostmotion.condition_cards import CARDS
 from lostmotion.effects.conditions import Conditions, side_by_side
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.point import Point
-
-FloatArray = npt.NDArray[np.float64]
 
 ORDER_MAX = 3
 """Polynomials of higher order extrapolate poorly when a run is left out."""

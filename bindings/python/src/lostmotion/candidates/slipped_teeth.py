@@ -10,14 +10,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray
 from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.effect import Effect
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.units import ARCSEC
-
-FloatArray = npt.NDArray[np.float64]
 
 BESIDE = 5
 """Samples before and after a jump whose medians show that it is permanent."""

@@ -10,17 +10,15 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
-import numpy.typing as npt
 
 from lostmotion import units
+from lostmotion.arrays import FloatArray
 from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.effect import Effect, Value
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.point import Point
 from lostmotion.fit.terms import Term, start_values
 from lostmotion.units import ARCSEC
-
-FloatArray = npt.NDArray[np.float64]
 
 POINTS_MAX = 4
 """Largest number of combinations of starts of the inner values of an effect."""

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray
 from lostmotion.catalogue import REVERSAL_TORQUE_SHARE, Catalogue
 from lostmotion.characterize.backlash import Backlash, find_backlash
 from lostmotion.characterize.figures import (
@@ -40,8 +40,6 @@ from lostmotion.results import figures as charts
 from lostmotion.results.html_table import html_table
 from lostmotion.threads import one_thread
 from lostmotion.units import ARCMIN, ARCSEC
-
-FloatArray = npt.NDArray[np.float64]
 
 SCHEMA = "lostmotion.characterization/1"
 

@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from scipy import special
 
+from lostmotion.arrays import FloatArray
 from lostmotion.catalogue import REVERSAL_TORQUE_SHARE
 from lostmotion.characterize.loop_regression import ScaledColumns, covariance_of, without_loop_means
 from lostmotion.characterize.stretches import FEW_READINGS, Samples
@@ -27,8 +27,6 @@ from lostmotion.characterize.three_slopes import (
     width_columns,
 )
 from lostmotion.units import ARCMIN
-
-FloatArray = npt.NDArray[np.float64]
 
 LOST_MOTION_SHARES = (0.03, REVERSAL_TORQUE_SHARE)
 """Shares of the rated torque at which lost motion is stated."""

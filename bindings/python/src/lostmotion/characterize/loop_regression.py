@@ -11,14 +11,11 @@ from __future__ import annotations
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 from scipy.linalg import solve_triangular
 from scipy.linalg.lapack import dpocon, dposv, dpotrf
 
+from lostmotion.arrays import FloatArray, IntArray
 from lostmotion.characterize.stretches import FEW_READINGS, Samples
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.intp]
 
 LOOPS_LEAST = 4
 """Least number of loops from which their differences are estimated: with three, Student's t has two

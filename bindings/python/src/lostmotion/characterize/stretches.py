@@ -13,14 +13,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import BoolArray, FloatArray, IntArray
 from lostmotion.branches import REVERSAL_SHARE, directions
 from lostmotion.recordings import Campaign, Run
 from lostmotion.rms import robust_rms
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.intp]
 
 TIP_SHARE = 0.1
 """Largest distance from a tip, as a share of the amplitude, at which a section may start: chosen as
@@ -109,7 +106,7 @@ class Samples:
         """Return the samples above a torque, on either side."""
         return self._rows(np.abs(self.torque_Nm) >= torque_Nm)
 
-    def _rows(self, kept: npt.NDArray[np.bool_]) -> Samples:
+    def _rows(self, kept: BoolArray) -> Samples:
         return replace(
             self,
             torque_Nm=self.torque_Nm[kept],

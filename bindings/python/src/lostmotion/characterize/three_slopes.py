@@ -18,9 +18,9 @@ from functools import cache, cached_property, lru_cache
 from itertools import combinations, pairwise
 
 import numpy as np
-import numpy.typing as npt
 from scipy import optimize, special
 
+from lostmotion.arrays import FloatArray, IntArray
 from lostmotion.characterize.loop_regression import (
     ScaledColumns,
     blocks_of,
@@ -31,9 +31,6 @@ from lostmotion.characterize.loop_regression import (
 )
 from lostmotion.characterize.stretches import CELLS, FEW_READINGS, Samples
 from lostmotion.rms import rms_of
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.intp]
 
 VALUES_SHARE = 0.6
 """Largest ratio of values to readings for few readings; the rest determines the errors: five

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray
 from lostmotion.commands.inputs import protocol_of, read_inputs
 from lostmotion.discover.advice import count_runs
 from lostmotion.discover.answer import Diagnosis
@@ -182,7 +182,7 @@ def run_check(arguments: argparse.Namespace) -> None:
     deliver(answer, arguments, lambda: show_check(answer))
 
 
-def input_angles(campaign: Campaign) -> list[npt.NDArray[np.float64]]:
+def input_angles(campaign: Campaign) -> list[FloatArray]:
     """Input angles of the runs that have both angles."""
     both = {"input_angle", "output_angle"}
     return [run.columns["input_angle"] for run in campaign.runs if both <= run.columns.keys()]

@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-import numpy.typing as npt
 from scipy import sparse
 
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.intp]
+from lostmotion.arrays import FloatArray, IntArray
 
 TINY = float(np.finfo(np.float64).tiny)
 """Below it a ratio of two sums is meaningless."""

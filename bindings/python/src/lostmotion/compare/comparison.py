@@ -8,8 +8,8 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import BoolArray, FloatArray, IntArray
 from lostmotion.characterize import StandardFigures, standard_figures
 from lostmotion.characterize.stretches import find_loops
 from lostmotion.compare.failures import Failure, where_it_fails
@@ -37,9 +37,6 @@ from lostmotion.rms import rms_of
 from lostmotion.threads import one_thread
 from lostmotion.torsion_curve import TorsionCurve
 from lostmotion.units import ARCMIN, ARCSEC
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.intp]
 
 
 @dataclass
@@ -77,7 +74,7 @@ class Comparison(WhitenedResult):
     residual_rad: FloatArray
     heldout_rad: FloatArray
     heldout_by: str
-    seen: npt.NDArray[np.bool_]
+    seen: BoolArray
     frictions: dict[str, tuple[float, float]]
     as_it_stands_rms_rad: float
     noise: Repeatability
@@ -385,7 +382,7 @@ def _compare(
 def _compare_few(
     base: BaselineModel,
     stands: FloatArray,
-    seen: npt.NDArray[np.bool_],
+    seen: BoolArray,
     effects: Mapping[str, Effect],
     rated_Nm: float | None,
 ) -> Comparison:
@@ -423,7 +420,7 @@ def _compare_few(
     )
 
 
-def runs_to_fit(campaign: Campaign, fit_on: Sequence[int | str] | None) -> npt.NDArray[np.bool_]:
+def runs_to_fit(campaign: Campaign, fit_on: Sequence[int | str] | None) -> BoolArray:
     """Mark the runs that are fitted; labels are compared as text."""
     if fit_on is None:
         return np.ones(len(campaign.runs), dtype=bool)
@@ -443,7 +440,7 @@ def runs_to_fit(campaign: Campaign, fit_on: Sequence[int | str] | None) -> npt.N
     return seen
 
 
-def held_out_by(campaign: Campaign, seen: npt.NDArray[np.bool_]) -> str:
+def held_out_by(campaign: Campaign, seen: BoolArray) -> str:
     """Describe what was left out of the fit."""
     if not seen.all():
         return "runs not fitted"

@@ -5,15 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray, IntArray
 from lostmotion.branches import directions
 from lostmotion.compare.chance import TINY, common_part, explained_apart, variance_explained
 from lostmotion.compare.loops import BLOCKS_LEAST, branch_blocks, time_under_load
 from lostmotion.effects.conditions import Conditions
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.intp]
 
 BINS = 16
 """Bins of a covariate; each contains the same number of samples."""

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray, IntArray
 from lostmotion.branches import directions
 from lostmotion.effects.conditions import Conditions
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.intp]
 
 BLOCKS_LEAST = 6
 """Least number of blocks: with fewer, nothing can be significant, because the smallest p is 2 /

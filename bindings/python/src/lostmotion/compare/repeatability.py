@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray
 from lostmotion.branches import directions
 from lostmotion.effects.conditions import Conditions
-
-FloatArray = npt.NDArray[np.float64]
 
 REPEATABILITY = "repeatability"
 """Reference of an error here; `lostmotion.discover` uses the noise floor instead."""

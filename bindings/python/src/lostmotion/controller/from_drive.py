@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray
 from lostmotion.core import core, value_ranges
 from lostmotion.drives import (
     PLAY_ENVELOPE,
@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     from lostmotion.effects.effect import Effect
 from lostmotion.controller.effects import build_macros, known_effects
 
-FloatArray = npt.NDArray[np.float64]
 Profile = Literal["standard", "full", "gap"]
 
 

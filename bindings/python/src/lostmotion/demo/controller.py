@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray
 from lostmotion.drives import read_drive
 from lostmotion.export import export, make_controller
 from lostmotion.recordings import Campaign, Run
@@ -23,8 +23,6 @@ from lostmotion.replay import Tape, errors_of, read_parameters, replay
 from lostmotion.rms import rms_of
 from lostmotion.shipped import FIRMWARE, find_inputs
 from lostmotion.units import ARCSEC
-
-FloatArray = npt.NDArray[np.float64]
 
 PERIOD_S = 0.005
 """Period of the controller; the torque is interpolated linearly between the recorded samples."""

@@ -7,9 +7,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
+from lostmotion.arrays import FloatArray
 from lostmotion.candidates.slipped_teeth import slips_of
 from lostmotion.discover.choice import Step
 from lostmotion.discover.conclusion import Conclusion
@@ -38,8 +36,6 @@ from lostmotion.fit.drive_file import SAMPLES_LEAST
 from lostmotion.fit.terms import Additive
 from lostmotion.results import figures
 from lostmotion.units import ARCSEC
-
-FloatArray = npt.NDArray[np.float64]
 
 IMPLAUSIBLE = 100.0
 """A value this many times the typical one is marked: two powers of ten."""

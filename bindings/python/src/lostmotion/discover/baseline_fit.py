@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy as np
-import numpy.typing as npt
-
+from lostmotion.arrays import BoolArray
 from lostmotion.discover.baseline_form import ChosenForm, choose_form, form_beside
 from lostmotion.discover.outliers import clean_outliers
 from lostmotion.effects.effect import Effect
@@ -45,7 +43,7 @@ def fit_baseline(
     ratio: float,
     form: Friction | None = None,
     *,
-    rows: npt.NDArray[np.bool_] | None = None,
+    rows: BoolArray | None = None,
 ) -> BaselineFit:
     """Fit a baseline model: set outliers aside and choose its form.
 
@@ -73,7 +71,7 @@ def finish_baseline(
     ratio: float,
     form: Friction | None = None,
     *,
-    rows: npt.NDArray[np.bool_] | None = None,
+    rows: BoolArray | None = None,
 ) -> BaselineFit:
     """Complete `fit_baseline` after the first fit.
 

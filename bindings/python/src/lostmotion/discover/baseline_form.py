@@ -27,9 +27,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from lostmotion import rules
+from lostmotion.arrays import BoolArray, FloatArray, IntArray
 from lostmotion.candidates import shapes
 from lostmotion.candidates.candidate import LOAD_NEEDS
 from lostmotion.candidates.named import tangent
@@ -47,9 +47,6 @@ from lostmotion.fit.forms import friction_form, in_form, leads_to
 from lostmotion.fit.held_out import held_out_residual
 from lostmotion.fit.terms import Term
 from lostmotion.friction import FORMS, PARTS, Friction, contained
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.intp]
 
 FAR = 0.25
 """Share of the largest torque of a run that is far from zero: above its noise, below its smallest
@@ -87,7 +84,7 @@ class ChosenForm:
 
 def tried(
     base: BaselineModel,
-    rows: npt.NDArray[np.bool_] | None = None,
+    rows: BoolArray | None = None,
     starts: IntArray | None = None,
     refits: bool = False,
 ) -> Tried:
@@ -112,7 +109,7 @@ def tried(
     return Tried(base, heldout, np.add.reduceat(squares, starts[:-1]))
 
 
-def piece_starts(c: Conditions, judged: npt.NDArray[np.bool_]) -> IntArray:
+def piece_starts(c: Conditions, judged: BoolArray) -> IntArray:
     """Offsets of the pieces: runs, or their half cycles if few runs are judged."""
     runs = int(np.count_nonzero(np.logical_or.reduceat(judged, c.starts[:-1])))
     if runs >= runs_least():
@@ -147,7 +144,7 @@ def choose_form(
     ratio: float,
     *,
     form: Friction | None = None,
-    rows: npt.NDArray[np.bool_] | None = None,
+    rows: BoolArray | None = None,
     rival: Tried | None = None,
     known: Mapping[Friction, Tried] | None = None,
 ) -> ChosenForm:
@@ -225,7 +222,7 @@ def hysteresis_effect(
     base: BaselineModel,
     effects: Mapping[str, Effect],
     ratio: float,
-    rows: npt.NDArray[np.bool_] | None,
+    rows: BoolArray | None,
 ) -> Tried | None:
     """Fit the hysteresis effects, each from all its starts; returns the best."""
     best: Tried | None = None

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
 from lostmotion import rules
+from lostmotion.arrays import FloatArray
 from lostmotion.candidates import shapes
 from lostmotion.candidates.candidate import Candidate
 from lostmotion.candidates.named import named_candidates
@@ -27,8 +27,6 @@ from lostmotion.fit.form_error import FormBasis
 from lostmotion.fit.point import Point
 from lostmotion.rms import rms_of
 from lostmotion.threads import both
-
-FloatArray = npt.NDArray[np.float64]
 
 PROJECTION_RIDGE = 1e-9
 """Relative ridge of the columns of a model when it is projected out of other columns. Its columns

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from numpy.lib.stride_tricks import sliding_window_view
 from scipy import special
 
 from lostmotion import rules
+from lostmotion.arrays import FloatArray
 from lostmotion.candidates.formulas import step
 from lostmotion.discover.linearise import columns_of, contest_at, form_part, noise_rms
 from lostmotion.discover.measurement_noise import estimate_noise
@@ -22,8 +22,6 @@ from lostmotion.fit.terms import Additive
 from lostmotion.rms import robust_rms
 from lostmotion.threads import in_parallel
 from lostmotion.units import ARCSEC, plain_number
-
-FloatArray = npt.NDArray[np.float64]
 
 WILD_MAX = 12
 """Largest number of repeated searches of a run after outliers are set aside."""

@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from lostmotion import rules
+from lostmotion.arrays import IntArray
 from lostmotion.candidates.candidate import KINDS, Candidate
 from lostmotion.candidates.forms import Linear, form_of
 from lostmotion.discover.contest_round import PROJECTION_RIDGE, ContestRound, form_size
@@ -24,9 +24,6 @@ from lostmotion.evidence.contest import Contest, Result
 from lostmotion.evidence.file import Body
 from lostmotion.evidence.gram import Evidence
 from lostmotion.evidence.left_out import errors
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.intp]
 
 
 @dataclass

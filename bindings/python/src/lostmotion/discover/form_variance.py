@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
 from lostmotion import rules
+from lostmotion.arrays import FloatArray
 from lostmotion.candidates.candidate import Candidate
 from lostmotion.discover.contest_round import Projector, RecordedRound, form_size, swing_by_run
 from lostmotion.discover.gates import is_of_form
@@ -22,8 +22,6 @@ from lostmotion.evidence.scatter import RestrictedLikelihood, reduced_total
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.form_error import FormError
 from lostmotion.threads import in_parallel
-
-FloatArray = npt.NDArray[np.float64]
 
 SD_TRIALS = np.geomspace(0.1, 100.0, 7)
 """Standard deviations that are tried, relative to the noise within runs; a parabola interpolates

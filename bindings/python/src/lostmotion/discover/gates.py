@@ -7,16 +7,14 @@ from dataclasses import replace
 from statistics import NormalDist
 
 import numpy as np
-import numpy.typing as npt
 
 from lostmotion import rules
+from lostmotion.arrays import FloatArray
 from lostmotion.candidates.candidate import KINDS, Candidate
 from lostmotion.candidates.forms import form_of
 from lostmotion.discover.contest_round import ContestRound
 from lostmotion.effects.effect import Effect
 from lostmotion.evidence.contest import Result
-
-FloatArray = npt.NDArray[np.float64]
 
 
 def judge_all(contest_round: ContestRound) -> list[Result]:

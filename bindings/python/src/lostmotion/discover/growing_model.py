@@ -10,16 +10,12 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-import numpy.typing as npt
-
 from lostmotion import rules
+from lostmotion.arrays import FloatArray
 from lostmotion.candidates.candidate import Candidate
 from lostmotion.discover.contest_round import ContestRound
 from lostmotion.discover.linearise import Settled
 from lostmotion.evidence.contest import Result
-
-FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from lostmotion import rules
+from lostmotion.arrays import FloatArray, IntArray
 from lostmotion.discover.gates import deviations_least
 from lostmotion.discover.measured_conditions import Setting, settings_of
 from lostmotion.effects.conditions import Conditions
@@ -22,9 +22,6 @@ from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.fitted_range import beyond, fitted_ranges
 from lostmotion.fit.held_out import LeftOut, LeftOutResiduals
 from lostmotion.rms import rms_of
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.intp]
 
 TWO_SIDED = 1.96
 """Standard errors of an interval of 95 %."""

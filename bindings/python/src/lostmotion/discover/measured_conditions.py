@@ -10,13 +10,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray, IntArray
 from lostmotion.effects.conditions import Conditions
 from lostmotion.units import plain_number
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.intp]
 
 LEVEL_APART = 0.1
 """Least distance between settings of a condition, as a share of its range (chosen: a tenth)."""

@@ -9,15 +9,13 @@ from itertools import pairwise
 from typing import TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray, IntArray
 from lostmotion.discover.linearise import columns_of
 from lostmotion.effects.conditions import Conditions, side_by_side
 from lostmotion.evidence.noise import Noise, fit_noise
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.threads import in_parallel
-
-FloatArray = npt.NDArray[np.float64]
 
 CALM_RIDGE = 1e-7
 """Relative ridge of the large least squares fit whose residual gives the noise."""
@@ -111,7 +109,7 @@ class LargestModel:
         """Gram matrix of all columns beside the baseline model and the last block."""
         return self.beside(np.r_[self.places[0], self.places[-1]])
 
-    def beside(self, known: npt.NDArray[np.intp]) -> FloatArray:
+    def beside(self, known: IntArray) -> FloatArray:
         """Gram matrix of all columns after projection on the complement of some."""
         cross = self.normal[known]
         inner = self.normal[np.ix_(known, known)]

@@ -7,8 +7,8 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray, IntArray
 from lostmotion.candidates.named import named_candidates
 from lostmotion.discover.answer import Diagnosis
 from lostmotion.discover.contest_round import make_round
@@ -21,8 +21,6 @@ from lostmotion.evidence.contest import Contest
 from lostmotion.evidence.noise import Noise
 from lostmotion.evidence.scatter import reduce
 from lostmotion.recordings import Campaign, Run
-
-FloatArray = npt.NDArray[np.float64]
 
 
 def next_runs(
@@ -116,7 +114,7 @@ def discrimination(contest: Contest, true: str, rival: str, known: int) -> Float
     keep_a = np.arange(n0 + na)
     keep_b = np.concatenate((np.arange(n0), np.arange(n0 + na, index.size - 1)))
 
-    def solve(keep: npt.NDArray[np.intp]) -> FloatArray:
+    def solve(keep: IntArray) -> FloatArray:
         part = past[np.ix_(keep, keep)] + ridge[np.ix_(keep, keep)]
         part += 1e-8 * np.diag(np.diag(part))
         out = np.zeros(index.size - 1)

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray
 from lostmotion.discover.linearise import Settled, columns_of
 from lostmotion.evidence.contest import Contest
 from lostmotion.evidence.scatter import deviations, without_scatter
 from lostmotion.fit.deviations import DEVIATIONS
-
-FloatArray = npt.NDArray[np.float64]
 
 
 def scatter_of(contest: Contest) -> FloatArray:

@@ -12,15 +12,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from scipy import special
 
 from lostmotion import rules
+from lostmotion.arrays import FloatArray
 from lostmotion.evidence.contest import Contest
 from lostmotion.evidence.scatter import deviations, without_scatter
 from lostmotion.fit.deviations import DEVIATIONS
-
-FloatArray = npt.NDArray[np.float64]
 
 RUN_NEEDS = {"temperature_C", "cycles"}
 """Conditions in which runs differ from each other, as far as they are recorded."""

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from lostmotion import rules
+from lostmotion.arrays import BoolArray, FloatArray
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.rms import robust_rms
-
-FloatArray = npt.NDArray[np.float64]
 
 JUMP = 6.0
 """Change of the torque from sample to sample, relative to the median of the run, that counts as a
@@ -65,7 +63,7 @@ def clean_outliers(base: BaselineModel) -> int:
     return int(np.count_nonzero(found))
 
 
-def jumping(torque_Nm: FloatArray) -> npt.NDArray[np.bool_]:
+def jumping(torque_Nm: FloatArray) -> BoolArray:
     """Samples at which the load changes much faster than usual in the run, or reverses.
 
     These samples carry most information on lag and creep, and no model without these effects fits

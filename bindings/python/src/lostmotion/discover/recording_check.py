@@ -7,16 +7,14 @@ from itertools import combinations, pairwise
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from lostmotion import units
+from lostmotion.arrays import FloatArray
 from lostmotion.effects.columns import DERIVED, missing_columns
 from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.effect import Effect
 from lostmotion.evidence.sign_flips import runs_least
 from lostmotion.recordings import Campaign, say_findings
-
-FloatArray = npt.NDArray[np.float64]
 
 ELSEWHERE = 0.05
 """Distance between the torque at the start of a run and at the end of the last one, as a share of

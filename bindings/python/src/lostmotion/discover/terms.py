@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray, IntArray
 from lostmotion.discover.contest_round import Projector
 from lostmotion.discover.linearise import Settled, columns_of
 from lostmotion.evidence.contest import Contest, Result
 from lostmotion.evidence.gram import gather
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.terms import Additive, Term
-
-FloatArray = npt.NDArray[np.float64]
 
 
 def contest_of_term(settled: Settled, place: int) -> tuple[Contest, str]:
@@ -49,7 +47,7 @@ def contest_of_term(settled: Settled, place: int) -> tuple[Contest, str]:
     return Contest(evidence), name
 
 
-def term_places(base: BaselineModel, place: int) -> npt.NDArray[np.intp]:
+def term_places(base: BaselineModel, place: int) -> IntArray:
     """Places of a term's free values among the fixed columns."""
     places = base.term_places(base.terms[place])
     return np.arange(places.start, places.stop)

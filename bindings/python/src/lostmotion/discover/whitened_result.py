@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from lostmotion.arrays import FloatArray
 from lostmotion.errors import InputError
 from lostmotion.evidence.noise import whitened_runs
-from lostmotion.fit.model_result import FloatArray, ModelResult
+from lostmotion.fit.model_result import ModelResult
 from lostmotion.results import figures
 
 LAGS = 50

@@ -6,15 +6,15 @@ import math
 
 import numpy as np
 
+from lostmotion.arrays import FloatArray
 from lostmotion.model import DesignModel
 from lostmotion.report.mesh import make_mesh
-from lostmotion.report.svg import Array
 
 CONTOUR_POINTS = 1440
 """Points of a wave generator: every quarter of a degree."""
 
 
-def rim_contours(model: DesignModel) -> dict[str, Array]:
+def rim_contours(model: DesignModel) -> dict[str, FloatArray]:
     """Closed curves of the deformed rim and of the wave generator in the middle of the face.
 
     Returns
@@ -31,7 +31,7 @@ def rim_contours(model: DesignModel) -> dict[str, Array]:
     places = [mesh.place(a) for a in np.linspace(0.0, 2.0 * np.pi, CONTOUR_POINTS, endpoint=False)]
     outward = 1.0 if mesh.external else -1.0
 
-    def offset(distance: float) -> Array:
+    def offset(distance: float) -> FloatArray:
         return np.array(
             [
                 _at(radius, polar) + outward * distance * _at(1.0, normal)
@@ -45,5 +45,5 @@ def rim_contours(model: DesignModel) -> dict[str, Array]:
     return found
 
 
-def _at(radius: float, angle: float) -> Array:
+def _at(radius: float, angle: float) -> FloatArray:
     return np.array([radius * math.sin(angle), radius * math.cos(angle)])

@@ -6,6 +6,7 @@ import io
 from collections.abc import Mapping
 from pathlib import Path
 
+from lostmotion.arrays import FloatArray
 from lostmotion.drawing.contours import rim_contours
 from lostmotion.drawing.measures import Row, drawing_table, shown
 from lostmotion.errors import LostMotionError
@@ -13,7 +14,6 @@ from lostmotion.files import write_whole
 from lostmotion.model import DesignModel
 from lostmotion.report.gear_profiles import gear_profiles
 from lostmotion.report.page import Block, PageTable, Section, render
-from lostmotion.report.svg import Array
 
 NO_EZDXF = "DXF needs the package ezdxf: pip install 'lostmotion[dxf]'; --csv-only leaves it out"
 
@@ -21,7 +21,7 @@ LAYERS = {"flexspline": 5, "rigid": 8, "generator_seat": 1, "neutral_line_deform
 """AutoCAD colour index by layer."""
 
 
-def curves_of(model: DesignModel) -> dict[str, Array]:
+def curves_of(model: DesignModel) -> dict[str, FloatArray]:
     """Closed curves in mm by their name."""
     flexspline, rigid = gear_profiles(model)
     return {
@@ -63,7 +63,7 @@ def write_drawing(
     return files
 
 
-def csv_of(points: Array) -> str:
+def csv_of(points: FloatArray) -> str:
     """Points of a closed curve, the first one not repeated."""
     return "x_mm,y_mm\n" + "".join(f"{x:.7f},{y:.7f}\n" for x, y in points)
 
@@ -101,7 +101,7 @@ def deviation_table(model: DesignModel) -> PageTable:
     )
 
 
-def dxf_of(curves: Mapping[str, Array]) -> str:
+def dxf_of(curves: Mapping[str, FloatArray]) -> str:
     """A DXF of closed polylines in mm, one layer each.
 
     Raises

@@ -8,13 +8,11 @@ from itertools import pairwise
 from typing import Any, TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import BoolArray, FloatArray, IntArray
 from lostmotion.core import NEEDS
 from lostmotion.recordings import QUANTITIES, Campaign
 from lostmotion.units import ARCSEC
-
-FloatArray = npt.NDArray[np.float64]
 
 Derived = TypeVar("Derived")
 
@@ -38,7 +36,7 @@ def side_by_side(*parts: FloatArray) -> FloatArray:
     return np.concatenate([np.atleast_2d(part.T) for part in parts]).T
 
 
-def subtract_means(columns: FloatArray, counts: npt.NDArray[np.intp]) -> None:
+def subtract_means(columns: FloatArray, counts: IntArray) -> None:
     """Subtract from every column the means over groups of so many rows, in place."""
     starts = np.cumsum(counts) - counts
     for column in columns.T:
@@ -153,7 +151,7 @@ class Conditions:
         """The same, made once: there may be thousands of runs."""
         return tuple(slice(a, b) for a, b in pairwise(self.starts.tolist()))
 
-    def between_readings(self, values: FloatArray) -> npt.NDArray[np.bool_]:
+    def between_readings(self, values: FloatArray) -> BoolArray:
         """Mark the rows from the first to the last reading of their run, as of a slow channel."""
         marked = np.zeros(values.size, dtype=np.bool_)
         for at in self.slices():
@@ -188,9 +186,7 @@ class Conditions:
             low = np.maximum(np.arange(n) - half, 0)
             high = np.minimum(np.arange(n) + half + 1, n)
 
-            def window(
-                q: FloatArray, low: npt.NDArray[np.intp] = low, high: npt.NDArray[np.intp] = high
-            ) -> FloatArray:
+            def window(q: FloatArray, low: IntArray = low, high: IntArray = high) -> FloatArray:
                 total = np.concatenate(([0.0], np.cumsum(q)))
                 return np.asarray((total[high] - total[low]) / (high - low))
 
@@ -216,9 +212,7 @@ class Conditions:
         """One column minus the mean of each run."""
         return np.asarray(values - self.run_mean(values)[self.run_of])
 
-    def centred_on(
-        self, rows: npt.NDArray[np.bool_], values: FloatArray, more: int = 0
-    ) -> FloatArray:
+    def centred_on(self, rows: BoolArray, values: FloatArray, more: int = 0) -> FloatArray:
         """Values of some rows minus the mean of each run over them; one column or several.
 
         With `more` empty rows at the end.

@@ -13,14 +13,13 @@ from types import SimpleNamespace
 from typing import Any, Literal, get_args
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray
 from lostmotion.condition_cards import NEUTRAL
 from lostmotion.core import NEEDS, Kind, core
 from lostmotion.effects.conditions import Conditions
 from lostmotion.errors import InputError, did_you_mean
 
-FloatArray = npt.NDArray[np.float64]
 Role = Literal["linear", "shape", "given", "fixed"]
 Scale = Literal[
     "",

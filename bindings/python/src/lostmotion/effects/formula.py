@@ -15,15 +15,13 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray
 from lostmotion.core import FILLED_IN, NEEDS, Kind, core
 from lostmotion.effects.effect import RECORDED_ONLY, Effect, Value, effect
 from lostmotion.errors import InputError, did_you_mean
 from lostmotion.keys import as_in_file
 from lostmotion.units import split_unit
-
-FloatArray = npt.NDArray[np.float64]
 
 EXPONENT_MAX = float(core().lib.LM_EXPONENT_MAX)
 LOGARITHM_MIN = float(core().lib.LM_LOGARITHM_MIN)

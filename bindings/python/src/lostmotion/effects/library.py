@@ -7,12 +7,10 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray
 from lostmotion.core import FILLED_IN, KINDS, NEEDS, Bits, core
 from lostmotion.effects.effect import ROLES, SCALES, Effect, Value
-
-FloatArray = npt.NDArray[np.float64]
 
 
 class FunctionInC:

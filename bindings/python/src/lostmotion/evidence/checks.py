@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray
 from lostmotion.errors import InputError
 
 RUNS_MAX, COLUMNS_MAX = 100_000, 10_000
@@ -109,7 +110,7 @@ def check_arrays(file: str | Path, saved: Saved) -> None:
         raise refuse("plain", "zeros in the column that removes the mean", "its number of samples")
 
 
-def is_gram(matrix: npt.NDArray[np.float64]) -> bool:
+def is_gram(matrix: FloatArray) -> bool:
     """Whether a matrix can hold the products of columns with each other."""
     size = np.sqrt(np.maximum(np.diag(matrix), 0.0))
     room = LIKE * np.outer(size, size) + np.finfo(np.float64).tiny

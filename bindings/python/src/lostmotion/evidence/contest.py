@@ -10,17 +10,14 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 from scipy import special
 
+from lostmotion.arrays import FloatArray, IntArray
 from lostmotion.evidence.gram import Evidence
 from lostmotion.evidence.left_out import log_density
 from lostmotion.evidence.overlap import RANK
 from lostmotion.evidence.scatter import Reduced, RestrictedLikelihood, reduce
 from lostmotion.evidence.sign_flips import flip_limit, flip_p, sign_patterns
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.intp]
 
 VISIBLE = 1e-9
 """A column is not identifiable if less than this share of its square remains after projection on

@@ -20,12 +20,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray
 from lostmotion.errors import InputError, one_line
 from lostmotion.evidence.checks import SAMPLES_MAX, check_about, check_arrays
 from lostmotion.evidence.gram import Evidence
 from lostmotion.files import write_whole
-
-FloatArray = npt.NDArray[np.float64]
 
 SCHEMA = "lostmotion.campaign_evidence/6"
 """Name and version of the saved form."""

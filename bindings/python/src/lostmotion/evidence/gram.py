@@ -11,13 +11,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray, IntArray
 from lostmotion.evidence.noise import Noise
 from lostmotion.threads import in_parallel
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.intp]
 
 RIDGE = 1e-10
 """Relative ridge of normal equations: undetermined values are kept."""

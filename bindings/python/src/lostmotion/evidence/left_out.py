@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from scipy.linalg.lapack import dposv
 
+from lostmotion.arrays import FloatArray, IntArray
 from lostmotion.evidence.gram import Evidence
 from lostmotion.evidence.scatter import Reduced
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.intp]
 
 
 def log_density(reduced: Reduced, ridge: FloatArray) -> FloatArray:

@@ -10,14 +10,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray, IntArray
 from lostmotion.errors import InputError
 from lostmotion.evidence.file import Body
 from lostmotion.evidence.gram import Evidence
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.intp]
 
 
 def merge_bodies(bodies: Sequence[Body], files: Sequence[str | Path]) -> Body:

@@ -7,13 +7,10 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 from scipy.linalg import solve_toeplitz
 
 from lostmotion import rules
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.intp]
+from lostmotion.arrays import FloatArray, IntArray
 
 ORDER_MAX = 8
 """Highest order that is tried."""

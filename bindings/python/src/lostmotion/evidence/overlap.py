@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray
 from lostmotion.evidence.gram import Evidence
 from lostmotion.evidence.scatter import reduced_total
-
-FloatArray = npt.NDArray[np.float64]
 
 RANK = 1e-7
 """Dimensions of a block below this share of its largest projected square are ignored."""

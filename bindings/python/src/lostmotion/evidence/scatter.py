@@ -10,13 +10,10 @@ import copy
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.linalg.lapack import dtrtrs
 
+from lostmotion.arrays import FloatArray, IntArray
 from lostmotion.evidence.gram import Evidence
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.intp]
 
 LOG_OMEGA = (-30.0, 25.0)
 """Bounds of the logarithm of a variance of a scaled column."""

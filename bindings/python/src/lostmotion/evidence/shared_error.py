@@ -10,13 +10,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray, IntArray
 from lostmotion.evidence.gram import Evidence
 from lostmotion.evidence.scatter import reduced_total
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.intp]
 
 
 def without_shared(evidence: Evidence, shared: IntArray, omega: FloatArray) -> Evidence:

@@ -5,11 +5,9 @@ from __future__ import annotations
 import itertools
 
 import numpy as np
-import numpy.typing as npt
 
 from lostmotion import rules
-
-FloatArray = npt.NDArray[np.float64]
+from lostmotion.arrays import FloatArray
 
 FLIPS = 4095
 """Random sign patterns; all of them where there are no more runs than `ALL_FLIPS_RUNS`."""

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
-FloatArray = npt.NDArray[np.float64]
+from lostmotion.arrays import FloatArray
 
 DEVIATIONS = ("stiffness", "friction", "gap")
 """Run-to-run scatter in addition to the offset: stiffness and friction relative, gap in arc

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray
 from lostmotion.drives import (
     KNOT,
     PLAY_RADIUS,
@@ -24,8 +24,6 @@ from lostmotion.fit.terms import Term
 from lostmotion.model import fit_values
 from lostmotion.recordings import Campaign
 from lostmotion.torsion_curve import TorsionCurve
-
-FloatArray = npt.NDArray[np.float64]
 
 SAMPLES_LEAST = 50
 """The baseline model alone has about forty parameters: slopes, operators, offsets."""

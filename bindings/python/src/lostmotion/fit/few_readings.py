@@ -11,8 +11,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray, IntArray
 from lostmotion.characterize.characterization import fit_torsion_curve
 from lostmotion.characterize.stretches import Samples, collect
 from lostmotion.characterize.three_slopes import CurveFit, left_out
@@ -27,8 +27,6 @@ from lostmotion.fit.hysteresis import (
 )
 from lostmotion.fit.segmented_curve import KNOTS_FILED, SLOPES_FILED
 from lostmotion.units import ARCSEC
-
-FloatArray = npt.NDArray[np.float64]
 
 STICKING = 0.9
 """Share of the least compliance that the operator may remove while it sticks, so that the angle
@@ -110,7 +108,7 @@ class FewReadings:
         return names, values, made_of @ fit.covariance @ made_of.T
 
 
-def stretch_of(knots_Nm: FloatArray, kinks_Nm: FloatArray) -> npt.NDArray[np.intp]:
+def stretch_of(knots_Nm: FloatArray, kinks_Nm: FloatArray) -> IntArray:
     """Index of the slope of each segment between knots, and beyond the last."""
     begins = np.concatenate(([0.0], knots_Nm))
     return np.searchsorted(kinks_Nm, begins, side="right").astype(np.intp)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import BoolArray
 from lostmotion.drives import FIT_RANGES
 from lostmotion.effects.conditions import Conditions
 
@@ -23,9 +23,7 @@ LEAST_BEYOND = 1.01
 """
 
 
-def fitted_ranges(
-    conditions: Conditions, rows: npt.NDArray[np.bool_] | None = None
-) -> dict[str, list[float]]:
+def fitted_ranges(conditions: Conditions, rows: BoolArray | None = None) -> dict[str, list[float]]:
     """Ranges of the samples, by default of all, by the keys of a fit."""
     found = {}
     for key in FIT_RANGES:

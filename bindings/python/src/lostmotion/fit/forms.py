@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import BoolArray
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.friction import FORMS, PARTS, Friction, contained
 
@@ -33,7 +33,7 @@ def friction_form(base: BaselineModel) -> Friction:
 def in_form(
     base: BaselineModel,
     form: Friction,
-    rows: npt.NDArray[np.bool_] | None = None,
+    rows: BoolArray | None = None,
     known: Mapping[Friction, BaselineModel] | None = None,
 ) -> BaselineModel:
     """Fit a model in another form; returns it unchanged if it already has that form.
@@ -82,7 +82,7 @@ def leads_to(given: Friction, form: Friction) -> bool:
     return PARTS[given] <= PARTS[form] or given == FORMS[0]
 
 
-def squares(base: BaselineModel, rows: npt.NDArray[np.bool_] | None) -> float:
+def squares(base: BaselineModel, rows: BoolArray | None) -> float:
     """Sum of squares of the residual over the samples that are used."""
     residual = base.residual()
     return float(np.sum(residual**2 if rows is None else residual[rows] ** 2))

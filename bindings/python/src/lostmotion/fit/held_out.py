@@ -13,16 +13,13 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import BoolArray, FloatArray, IntArray
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.least_squares import solve_within
 from lostmotion.fit.parameters import placed
 from lostmotion.rms import rms_of
 from lostmotion.threads import in_parallel
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.intp]
 
 DOUBTFUL = 1.1
 """Ratio of the error of a run after the step to that of the fit to all, above which the others are
@@ -65,7 +62,7 @@ class LeftOut:
         self,
         base: BaselineModel,
         starts: IntArray | None = None,
-        rows: npt.NDArray[np.bool_] | None = None,
+        rows: BoolArray | None = None,
     ) -> None:
         starts = base.conditions.starts if starts is None else starts
         self.base, self.rows = base, rows
@@ -108,7 +105,7 @@ class LeftOut:
         normal = self.whole - self.gram[group].sum(axis=0)
         return kept, normal[np.ix_(kept, kept)]
 
-    def determined_without(self, group: Sequence[int]) -> npt.NDArray[np.bool_]:
+    def determined_without(self, group: Sequence[int]) -> BoolArray:
         """Whether the pieces outside a group determine each unknown; a sudden event is in one."""
         seen, every = self.seen
         return np.asarray(every - seen[group].sum(axis=0) > RIDGE * every)
@@ -181,7 +178,7 @@ class LeftOut:
 def held_out_residual(
     base: BaselineModel,
     starts: IntArray | None = None,
-    rows: npt.NDArray[np.bool_] | None = None,
+    rows: BoolArray | None = None,
     groups: Sequence[Sequence[int]] | None = None,
     refits: bool = True,
 ) -> FloatArray:
@@ -229,7 +226,7 @@ def own_states(base: BaselineModel, pieces: Sequence[slice]) -> list[IntArray]:
 
 
 def residual_without(
-    base: BaselineModel, ats: Sequence[slice], rows: npt.NDArray[np.bool_] | None
+    base: BaselineModel, ats: Sequence[slice], rows: BoolArray | None
 ) -> list[FloatArray]:
     """Residual of pieces, arc seconds, for a fit to the other samples, started from the fit to all.
 

@@ -21,8 +21,8 @@ from functools import partial
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray
 from lostmotion.core import core
 from lostmotion.drives import (
     PLAY_ENVELOPE,
@@ -37,8 +37,6 @@ from lostmotion.fit.parameters import Block, Filed, Prior, block_names
 from lostmotion.fit.point import Point
 from lostmotion.torsion_curve import run_plays
 from lostmotion.units import ARCSEC
-
-FloatArray = npt.NDArray[np.float64]
 
 Started = list[tuple[slice, FloatArray]]
 """Rows of the first run of each session, and the operators' derivatives there by start states."""

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray
 from lostmotion.effects.conditions import Conditions
 from lostmotion.errors import InputError, given_as
 from lostmotion.fit.baseline import FILED, BaselineModel
@@ -18,7 +19,6 @@ from lostmotion.recordings import Campaign
 from lostmotion.results import Parameter, ParameterTable, data_frame, figures
 from lostmotion.units import ARCMIN, ARCSEC
 
-FloatArray = npt.NDArray[np.float64]
 ComplexArray = npt.NDArray[np.complex128]
 
 AXES = {

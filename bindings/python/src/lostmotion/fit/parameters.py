@@ -13,13 +13,10 @@ from operator import attrgetter
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from lostmotion import drives
+from lostmotion.arrays import FloatArray, IntArray
 from lostmotion.fit.point import Point
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.intp]
 
 
 @dataclass(frozen=True)

@@ -11,16 +11,14 @@ from functools import partial
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray
 from lostmotion.drives import KNOT, SLOPE
 from lostmotion.effects.conditions import Conditions
 from lostmotion.fit.parameters import Block, Filed, Prior, block_names
 from lostmotion.fit.point import Point
 from lostmotion.torsion_curve import TorsionCurve
 from lostmotion.units import ARCSEC
-
-FloatArray = npt.NDArray[np.float64]
 
 KNOTS = 28
 """Ends of segments of the curve on each side, spaced geometrically. The curve has 59 points, zero

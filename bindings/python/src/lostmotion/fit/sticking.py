@@ -16,9 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-import numpy as np
-import numpy.typing as npt
-
+from lostmotion.arrays import FloatArray
 from lostmotion.fit.hysteresis import (
     ENVELOPE_FILED,
     OUTSIDE_FILED,
@@ -29,8 +27,6 @@ from lostmotion.fit.hysteresis import (
 from lostmotion.fit.least_squares import SumLimit
 from lostmotion.fit.parameters import Filed
 from lostmotion.fit.segmented_curve import SLOPES_FILED
-
-FloatArray = npt.NDArray[np.float64]
 
 NOWHERE = slice(0, 0)
 

@@ -6,14 +6,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray
 from lostmotion.effects.effect import Effect
 from lostmotion.fit.hysteresis import RADIUS_STEP
 from lostmotion.fit.parameters import Block, Prior, block_names
 from lostmotion.fit.point import Point
-
-FloatArray = npt.NDArray[np.float64]
 
 ANGLE_STEP = 1e-3
 """Relative step of a value in differences; values that act on the friction are not smooth on the

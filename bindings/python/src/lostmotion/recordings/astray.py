@@ -11,13 +11,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import BoolArray, FloatArray
 from lostmotion.recordings.bursts import BURST_AT_END
 from lostmotion.recordings.encoders import COUNTER_BITS, TURN
-
-FloatArray = npt.NDArray[np.float64]
-BoolArray = npt.NDArray[np.bool_]
 
 SHARE_MAX = 0.25
 """Largest share of a run for which the quartiles, which define the range, are robust."""

@@ -7,15 +7,13 @@ delayed, the lost motion follows the speed instead of the torque.
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray
 from lostmotion.recordings.campaign import Campaign, Run
 from lostmotion.recordings.encoders import count_rad
 from lostmotion.recordings.findings import Finding
 from lostmotion.recordings.quantities import QUANTITIES
 from lostmotion.recordings.soundness import STUCK_TURN_RAD
-
-FloatArray = npt.NDArray[np.float64]
 
 MOVES_WITH = {
     "torque": "lost_motion",

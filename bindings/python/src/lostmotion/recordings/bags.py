@@ -21,15 +21,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray, WholeArray
 from lostmotion.errors import InputError, did_you_mean, one_line
 from lostmotion.recordings.compressed import INFLATED_LEAST, INFLATION_MAX, inflation_bound
 from lostmotion.recordings.layout import COLUMNS_MAX
 from lostmotion.units import plain_number
-
-FloatArray = npt.NDArray[np.float64]
-NanosecondArray = npt.NDArray[np.int64]
 
 METADATA = "metadata.yaml"
 """File that marks a folder as a bag."""
@@ -106,8 +103,8 @@ class Channel:
 
     column: str
     topic: str
-    header_ns: NanosecondArray | None
-    received_ns: NanosecondArray
+    header_ns: WholeArray | None
+    received_ns: WholeArray
     values: FloatArray
 
 

@@ -10,12 +10,9 @@ from __future__ import annotations
 from math import comb
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import BoolArray, FloatArray
 from lostmotion.rms import NORMAL_MEDIAN, robust_rms
-
-FloatArray = npt.NDArray[np.float64]
-BoolArray = npt.NDArray[np.bool_]
 
 BURST = 5
 """Longest burst of outliers."""

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from lostmotion.arrays import BoolArray, FloatArray, IntArray
 from lostmotion.errors import InputError, did_you_mean
 from lostmotion.recordings.findings import Finding
 from lostmotion.recordings.protocol import FREE
@@ -19,7 +20,6 @@ from lostmotion.recordings.quantities import QUANTITIES
 if TYPE_CHECKING:
     from lostmotion.recordings.joining import Join
 
-FloatArray = npt.NDArray[np.float64]
 
 STILL_RAD = 1e-12
 """Smaller variations of the lost motion are the rounding of a constant."""
@@ -44,7 +44,7 @@ class Log:
     """
 
     columns: dict[str, FloatArray]
-    kept: npt.NDArray[np.intp]
+    kept: IntArray
 
 
 @dataclass
@@ -70,7 +70,7 @@ class Run:
             f"<Run {self.label!r} of {self.file}: {len(self)} samples of {', '.join(self.columns)}>"
         )
 
-    def leave_out(self, rows: npt.NDArray[np.bool_]) -> None:
+    def leave_out(self, rows: BoolArray) -> None:
         """Remove rows from the run; the log keeps them."""
         self.columns = {name: values[~rows] for name, values in self.columns.items()}
         if self.log is not None:
@@ -197,7 +197,7 @@ class Campaign:
         return sum(len(run) for run in self.runs)
 
     @property
-    def starts(self) -> npt.NDArray[np.intp]:
+    def starts(self) -> IntArray:
         """Offsets of the runs in the joined columns; the last entry is the number of rows."""
         return np.concatenate(([0], np.cumsum([len(run) for run in self.runs]))).astype(np.intp)
 

@@ -13,13 +13,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from lostmotion.arrays import BoolArray, FloatArray, WholeArray
 from lostmotion.errors import InputError
 from lostmotion.recordings.cells import MISSING
 from lostmotion.recordings.findings import Finding
 from lostmotion.recordings.from_arrow import integers_of, mask_of
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
 
 NS = 1_000_000_000
 """Nanoseconds in a second."""
@@ -98,7 +96,7 @@ def stamp_forms() -> list[tuple[str, str]]:
 STAMP_FORMS = [re.compile(form) for form, _ in stamp_forms()]
 
 
-def stamp_parts(texts: Any, form: str) -> tuple[dict[str, npt.NDArray[Any]], npt.NDArray[np.bool_]]:
+def stamp_parts(texts: Any, form: str) -> tuple[dict[str, npt.NDArray[Any]], BoolArray]:
     """Split stamps by a format: text of every part, and which stamps have the format."""
     import pyarrow.compute as pc
 
@@ -112,7 +110,7 @@ def stamp_parts(texts: Any, form: str) -> tuple[dict[str, npt.NDArray[Any]], npt
     return parts, has
 
 
-def whole(parts: dict[str, Any], name: str, rows: int) -> IntArray:
+def whole(parts: dict[str, Any], name: str, rows: int) -> WholeArray:
     """Read a part as integers, 0 if empty."""
     import pyarrow.compute as pc
 
@@ -122,7 +120,7 @@ def whole(parts: dict[str, Any], name: str, rows: int) -> IntArray:
     return integers_of(text)
 
 
-def seconds_of_day(parts: dict[str, Any], rows: int) -> IntArray:
+def seconds_of_day(parts: dict[str, Any], rows: int) -> WholeArray:
     """Nanoseconds since midnight, without zones."""
     import pyarrow.compute as pc
 
@@ -156,7 +154,7 @@ def seconds_of_day(parts: dict[str, Any], rows: int) -> IntArray:
     return total
 
 
-def days_of(parts: dict[str, Any], rows: int) -> tuple[IntArray, npt.NDArray[np.bool_]]:
+def days_of(parts: dict[str, Any], rows: int) -> tuple[WholeArray, BoolArray]:
     """Days since 1970, and which dates exist."""
     year, month, day = (whole(parts, name, rows) for name in ("y", "m", "d"))
     good = (month >= 1) & (month <= 12) & (day >= 1)
@@ -168,7 +166,7 @@ def days_of(parts: dict[str, Any], rows: int) -> tuple[IntArray, npt.NDArray[np.
 
 def read_stamps(
     file: str, column: str, texts: Any, place: Callable[[int], str]
-) -> tuple[IntArray, npt.NDArray[np.bool_], list[Finding]]:
+) -> tuple[WholeArray, BoolArray, list[Finding]]:
     """Read dates and times of day as nanoseconds.
 
     Returns
@@ -185,7 +183,7 @@ def read_stamps(
         If the order of day and month is unknown and matters.
     """
     rows = len(texts)
-    readings: list[tuple[str, IntArray, npt.NDArray[np.bool_]]] = []
+    readings: list[tuple[str, WholeArray, BoolArray]] = []
     for form, order in stamp_forms():
         parts, has = stamp_parts(texts, form)
         if not has.any():

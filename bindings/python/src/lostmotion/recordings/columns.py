@@ -10,9 +10,6 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import numpy as np
-import numpy.typing as npt
-
 from lostmotion import units
 from lostmotion.errors import InputError, did_you_mean, shorten
 from lostmotion.recordings.cells import is_missing, is_value, plain, unit_behind
@@ -23,8 +20,6 @@ from lostmotion.recordings.opening import header_of
 from lostmotion.recordings.protocol import FREE, MOTOR_SIDE, ORDER, Protocol, suggest_protocol
 from lostmotion.recordings.quantities import QUANTITIES, Quantity
 from lostmotion.recordings.tables import Header
-
-FloatArray = npt.NDArray[np.float64]
 
 BRACKETED = re.compile(r"(.+?)[\s_]*[\[({<]\s*(.*?)\s*[\])}>]\.?")
 """A name with its unit in brackets, as plots and loggers label their columns."""

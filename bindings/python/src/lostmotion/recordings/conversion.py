@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from lostmotion import units
+from lostmotion.arrays import BoolArray, FloatArray, IntArray, WholeArray
 from lostmotion.errors import InputError, shorten
 from lostmotion.recordings import clocks
 from lostmotion.recordings.columns import ColumnName, normal, second_clock, split_label
@@ -27,7 +27,6 @@ from lostmotion.recordings.protocol import FREE, Protocol
 from lostmotion.recordings.quantities import Quantity
 from lostmotion.recordings.tables import Rows, Table
 
-FloatArray = npt.NDArray[np.float64]
 Chosen = Mapping[str, tuple[str, ColumnName]]
 
 HEADERS_LOOKED_AT = 64
@@ -164,7 +163,7 @@ def in_si(
             texts[label] = Texts(rows.columns[name.index], name.behind)
     readings = number_styles(file, texts, rows.place)
     found: dict[str, FloatArray] = {}
-    bad: dict[str, npt.NDArray[np.bool_]] = {}
+    bad: dict[str, BoolArray] = {}
     for quantity, (label, name) in chosen.items():
         if quantity in ("run", "time"):
             continue
@@ -214,11 +213,11 @@ def set_aside_text(
     file: str,
     rows: Rows,
     found: Mapping[str, FloatArray],
-    bad: Mapping[str, npt.NDArray[np.bool_]],
+    bad: Mapping[str, BoolArray],
     chosen: Chosen,
     texts: Mapping[str, Texts],
     findings: list[Finding],
-) -> npt.NDArray[np.bool_] | None:
+) -> BoolArray | None:
     """Report text instead of numbers; return the rows to keep, None if all.
 
     A row without numbers, and with text or without a label, is not data: a repeated header, a
@@ -257,7 +256,7 @@ def set_aside_text(
 
 def refuse_other_header(
     file: str,
-    at: npt.NDArray[np.intp],
+    at: IntArray,
     chosen: Chosen,
     rows: Rows,
     texts: Mapping[str, Texts],
@@ -280,7 +279,7 @@ def refuse_other_header(
                 )
 
 
-def without_label(rows: Rows, chosen: Chosen) -> npt.NDArray[np.bool_]:
+def without_label(rows: Rows, chosen: Chosen) -> BoolArray:
     """Mark the rows without a run label."""
     import pyarrow as pa
     import pyarrow.compute as pc
@@ -340,9 +339,7 @@ class Clock:
         values, known = integers(column)
         return self.from_zero(values, known, clocks.UNITS_NS[unit])
 
-    def from_zero(
-        self, values: npt.NDArray[np.int64], known: npt.NDArray[np.bool_], unit_ns: int
-    ) -> FloatArray:
+    def from_zero(self, values: WholeArray, known: BoolArray, unit_ns: int) -> FloatArray:
         """Count from the first stamp, or from the given zero."""
         out = np.full(values.size, np.nan)
         if known.any():
@@ -434,9 +431,7 @@ class Clock:
             return self.from_zero(since, known, 1)
         return np.where(known, since / clocks.NS, np.nan)
 
-    def refuse_outside(
-        self, rest_ns: npt.NDArray[np.int64], known: npt.NDArray[np.bool_], unit: str
-    ) -> None:
+    def refuse_outside(self, rest_ns: WholeArray, known: BoolArray, unit: str) -> None:
         """Refuse parts of a second that are a second or more."""
         outside = known & ((rest_ns < 0) | (rest_ns >= clocks.NS))
         if outside.any():
@@ -444,9 +439,7 @@ class Clock:
             found = f"{rest_ns[row] / ns:g} {unit} beside whole seconds in {self.rows.place(row)}"
             raise InputError(self.file, self.label, found, f"0 to {clocks.NS // ns - 1} {unit}")
 
-    def in_billionths(
-        self, column: Any, ns: int
-    ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.bool_]]:
+    def in_billionths(self, column: Any, ns: int) -> tuple[WholeArray, BoolArray]:
         """Read parts of a second in ns, integers exactly, others rounded."""
         numbers = floats_of(column) if holds_numbers(column) else Texts(column).numbers(".", False)
         known = np.isfinite(numbers)
@@ -455,7 +448,7 @@ class Clock:
             return whole * ns, known
         return np.where(known, np.round(numbers * ns), 0.0).astype(np.int64), known
 
-    def exact(self, column: Any) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.bool_]]:
+    def exact(self, column: Any) -> tuple[WholeArray, BoolArray]:
         """Read a column of integers exactly."""
         if is_text(column):
             texts = Texts(column)
@@ -475,7 +468,7 @@ class Clock:
         return integers(column)
 
 
-def integers(column: Any) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.bool_]]:
+def integers(column: Any) -> tuple[WholeArray, BoolArray]:
     """Return a column of integers, 0 if missing, and a mask of the existing ones."""
     return integers_of(column), mask_of(column.is_valid())
 

@@ -7,9 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
-Mask = npt.NDArray[np.bool_]
+from lostmotion.arrays import BoolArray, FloatArray, WholeArray
 
 
 def floats_of(column: Any) -> FloatArray:
@@ -17,12 +15,12 @@ def floats_of(column: Any) -> FloatArray:
     return content(column.cast("float64", safe=False), np.float64, np.nan)
 
 
-def integers_of(column: Any) -> IntArray:
+def integers_of(column: Any) -> WholeArray:
     """Return a column of numbers as integers; a missing one is 0, and decimals are cut off."""
     return content(column.cast("int64", safe=False), np.int64, 0)
 
 
-def mask_of(column: Any) -> Mask:
+def mask_of(column: Any) -> BoolArray:
     """Return a column of truth values; a missing one is false."""
     return content(column.cast("uint8"), np.uint8, 0).astype(np.bool_)
 

@@ -16,13 +16,9 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import BoolArray, FloatArray
 from lostmotion.recordings.bursts import DEVIATIONS, local_noise
-
-FloatArray = npt.NDArray[np.float64]
-BoolArray = npt.NDArray[np.bool_]
-IntArray = npt.NDArray[np.intp]
 
 FROZEN_LEAST = 8
 """Least number of readings of a frozen section; a shorter one is treated as a burst, or by

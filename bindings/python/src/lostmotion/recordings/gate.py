@@ -14,9 +14,9 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
 from lostmotion import units
+from lostmotion.arrays import FloatArray, IntArray
 from lostmotion.catalogue import WIND_UP_MAX_RAD
 from lostmotion.errors import InputError
 from lostmotion.recordings.campaign import Campaign, Run
@@ -26,7 +26,6 @@ from lostmotion.recordings.ratio import measured_ratio
 from lostmotion.recordings.scale import SCALE_DOUBT, SCALE_SHARE
 from lostmotion.recordings.soundness import FROZEN_MAX, STUCK_TURN_RAD, dead_encoders
 
-FloatArray = npt.NDArray[np.float64]
 Curve = Callable[[FloatArray], FloatArray]
 
 SIZE_FACTOR = 3.0
@@ -184,7 +183,7 @@ class Gate:
         return reading.output_by * out - reading.input_by * put_in / reading.ratio
 
 
-def means(values: FloatArray, starts: npt.NDArray[np.intp]) -> FloatArray:
+def means(values: FloatArray, starts: IntArray) -> FloatArray:
     """Mean of every run."""
     return np.asarray(np.add.reduceat(values, starts[:-1]) / np.diff(starts))
 

@@ -12,18 +12,14 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import BoolArray, FloatArray, WholeArray
 from lostmotion.errors import InputError
 from lostmotion.recordings.bags import HEADER_STAMP, RECEIVE_TIME, Channel
 from lostmotion.recordings.bursts import wild_clock
 from lostmotion.recordings.clocks import NS
 from lostmotion.recordings.findings import Finding
 from lostmotion.recordings.soundness import GAP_FACTOR
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.intp]
-NanosecondArray = npt.NDArray[np.int64]
 
 Join = Literal["nearest", "linear"]
 
@@ -191,10 +187,10 @@ def stamps_aside(columns: Mapping[str, FloatArray], leading: AbstractSet[str]) -
 def common_time(
     file: Path,
     channels: Sequence[Channel],
-    stamps: Sequence[NanosecondArray],
+    stamps: Sequence[WholeArray],
     groups: Sequence[Sequence[int]],
-    time_ns: NanosecondArray,
-) -> npt.NDArray[np.bool_]:
+    time_ns: WholeArray,
+) -> BoolArray:
     """Rows at which every column has values.
 
     Raises
@@ -221,7 +217,7 @@ def choose_clock(
     leading: Collection[str],
     clock: str | None,
     findings: list[Finding],
-) -> list[NanosecondArray]:
+) -> list[WholeArray]:
     """Stamps of every column, all of one clock.
 
     Header stamps if torque and angles have them. Other columns without stamps are assumed to have
@@ -258,9 +254,9 @@ def choose_clock(
 def in_order(
     file: Path,
     channels: Sequence[Channel],
-    stamps: Sequence[NanosecondArray],
+    stamps: Sequence[WholeArray],
     findings: list[Finding],
-) -> tuple[list[Channel], list[NanosecondArray]]:
+) -> tuple[list[Channel], list[WholeArray]]:
     """Sort the messages of every column by their stamps, and count those out of order."""
     sorted_channels, sorted_stamps = [], []
     counted: set[str] = set()
@@ -288,7 +284,7 @@ def in_order(
     return sorted_channels, sorted_stamps
 
 
-def same_clock(stamps: Sequence[NanosecondArray]) -> list[list[int]]:
+def same_clock(stamps: Sequence[WholeArray]) -> list[list[int]]:
     """Group columns whose stamps are the same."""
     groups: list[list[int]] = []
     for i, stamp in enumerate(stamps):
@@ -304,7 +300,7 @@ def same_clock(stamps: Sequence[NanosecondArray]) -> list[list[int]]:
 def note_delays(
     file: Path,
     channels: Sequence[Channel],
-    stamps: Sequence[NanosecondArray],
+    stamps: Sequence[WholeArray],
     base: Sequence[int],
     findings: list[Finding],
 ) -> None:
@@ -334,7 +330,7 @@ def note_delays(
 
 
 def read_at(
-    rows_ns: NanosecondArray, stamp_ns: NanosecondArray, values: FloatArray, how: Join
+    rows_ns: WholeArray, stamp_ns: WholeArray, values: FloatArray, how: Join
 ) -> tuple[FloatArray, float, int]:
     """Resample a column at other times within its range.
 
@@ -373,7 +369,7 @@ def read_at(
     return out, float(np.max(kept)) * NANO if kept.size else 0.0, int(np.count_nonzero(paused))
 
 
-def rate(stamp_ns: NanosecondArray) -> str:
+def rate(stamp_ns: WholeArray) -> str:
     """Usual rate of stamps."""
     span = float(stamp_ns[-1] - stamp_ns[0]) * NANO
     if stamp_ns.size < 2 or span <= 0:

@@ -12,8 +12,8 @@ from collections.abc import Collection, Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import BoolArray, IntArray
 from lostmotion.recordings.cells import MISSING, is_missing, is_value
 from lostmotion.recordings.clocks import stamped
 from lostmotion.recordings.findings import Finding
@@ -90,9 +90,7 @@ class LongTable:
             found, self.rows.size, lambda row: rows.place(int(self.rows[row])), findings, blocks
         )
 
-    def without_number(
-        self, rows: Rows, column: int, where: npt.NDArray[np.bool_]
-    ) -> list[Finding]:
+    def without_number(self, rows: Rows, column: int, where: BoolArray) -> list[Finding]:
         """Report the rows of a channel that have no number, which a join cannot see."""
         at, label = np.flatnonzero(where), self.header.names[column]
         if at.size == 0:
@@ -196,7 +194,7 @@ def with_numbers(values: Any) -> Any:
     return pc.fill_null(pc.match_substring_regex(values, NUMBER), False)
 
 
-def marked_missing(values: Any) -> npt.NDArray[np.bool_]:
+def marked_missing(values: Any) -> BoolArray:
     """Mask of the cells that mark a missing number."""
     import pyarrow as pa
     import pyarrow.compute as pc
@@ -211,7 +209,7 @@ def marked_missing(values: Any) -> npt.NDArray[np.bool_]:
     return np.asarray(found.to_numpy(zero_copy_only=False), dtype=bool)
 
 
-def codes_of(names: Any, channels: Sequence[str]) -> npt.NDArray[np.intp]:
+def codes_of(names: Any, channels: Sequence[str]) -> IntArray:
     """Number of the channel of every row; -1 for none."""
     import pyarrow as pa
     import pyarrow.compute as pc
@@ -220,7 +218,7 @@ def codes_of(names: Any, channels: Sequence[str]) -> npt.NDArray[np.intp]:
     return np.asarray(found.to_numpy(zero_copy_only=False), dtype=np.intp)
 
 
-def first_values(values: Any, code: npt.NDArray[np.intp], channels: int) -> list[list[str]]:
+def first_values(values: Any, code: IntArray, channels: int) -> list[list[str]]:
     """First values of every channel as text."""
     order = np.argsort(code, kind="stable")
     begin = np.searchsorted(code[order], np.arange(channels))

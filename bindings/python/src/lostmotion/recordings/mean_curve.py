@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray
 from lostmotion.recordings.bursts import scatter
 from lostmotion.recordings.campaign import Run
-
-FloatArray = npt.NDArray[np.float64]
 
 BINS = 24
 """Intervals of the torque, equally wide, in which the mean curve is the median."""

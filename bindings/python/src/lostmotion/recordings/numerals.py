@@ -14,8 +14,8 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import BoolArray, FloatArray, WholeArray
 from lostmotion.errors import InputError, shorten
 from lostmotion.recordings.cells import (
     COMMA_NUMBER,
@@ -27,9 +27,6 @@ from lostmotion.recordings.cells import (
 )
 from lostmotion.recordings.findings import Finding
 from lostmotion.recordings.from_arrow import floats_of, integers_of, mask_of
-
-FloatArray = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 AGREEING_MIN = 2
 """Least number of cells that agree on the meaning of a mark: a single damaged number looks like
@@ -101,32 +98,32 @@ class Texts:
         self.integer = self.form(r"^[+-]?[0-9]+$")
 
     @staticmethod
-    def mask(values: Any) -> Mask:
+    def mask(values: Any) -> BoolArray:
         """Make an array of NumPy from one of Arrow."""
         return mask_of(values)
 
-    def form(self, pattern: str) -> Mask:
+    def form(self, pattern: str) -> BoolArray:
         """Mark the cells of a format."""
         return self.mask(self.pc.match_substring_regex(self.text, pattern))
 
-    def of(self, mark: str) -> dict[str, Mask]:
+    def of(self, mark: str) -> dict[str, BoolArray]:
         """Mark the cells in which a mark occurs."""
-        kept: dict[str, dict[str, Mask]] = self.__dict__.setdefault("forms", {})
+        kept: dict[str, dict[str, BoolArray]] = self.__dict__.setdefault("forms", {})
         if mark not in kept:
             kept[mark] = {name: self.form(p) for name, p in patterns(mark).items()}
         return kept[mark]
 
     @cached_property
-    def blank_groups(self) -> Mask:
+    def blank_groups(self) -> BoolArray:
         """Mark the numbers with thousands separated by other characters."""
         return self.form(BLANK_GROUPS)
 
     @cached_property
-    def plain(self) -> Mask:
+    def plain(self) -> BoolArray:
         """Mark the numbers written with a decimal point."""
         return self.form(f"^(?:{NUMBER})$")
 
-    def certain(self, mark: str) -> Mask:
+    def certain(self, mark: str) -> BoolArray:
         """Mark the numbers in which a mark can only be the decimal separator."""
         other = self.of(OTHER_MARK[mark])
         forms = self.of(mark)
@@ -158,7 +155,7 @@ class Texts:
         except self.pa.ArrowInvalid:
             return None
 
-    def billionths(self) -> tuple[npt.NDArray[np.int64], Mask] | None:
+    def billionths(self) -> tuple[WholeArray, BoolArray] | None:
         """Read all cells as integers in units of 1e-9; None if a cell has more decimals."""
         pc = self.pc
         parts = pc.extract_regex(self.text, DIGITS_OF_STAMP)
@@ -290,7 +287,7 @@ def expected_number(text: str) -> str:
 
 
 def refuse_text(
-    file: str, name: str, texts: Texts, bad: Mask, rows: int, place: Callable[[int], str]
+    file: str, name: str, texts: Texts, bad: BoolArray, rows: int, place: Callable[[int], str]
 ) -> None:
     """Refuse a column with more text than damage explains."""
     if np.count_nonzero(bad) > TEXT_SHARE * rows:
@@ -300,7 +297,7 @@ def refuse_text(
 
 
 def note_text(
-    file: str, name: str, texts: Texts, bad: Mask, place: Callable[[int], str]
+    file: str, name: str, texts: Texts, bad: BoolArray, place: Callable[[int], str]
 ) -> Finding:
     """Report the cells of a column that are not numbers."""
     rows = np.flatnonzero(bad)

@@ -18,13 +18,9 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Literal
 
-import numpy as np
-import numpy.typing as npt
-
+from lostmotion.arrays import FloatArray
 from lostmotion.errors import InputError
 from lostmotion.recordings.findings import Finding
-
-FloatArray = npt.NDArray[np.float64]
 
 Side = Literal["output", "input"]
 

@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray
 from lostmotion.recordings.campaign import Campaign, Run
 from lostmotion.recordings.soundness import STUCK_TURN_RAD
-
-FloatArray = npt.NDArray[np.float64]
 
 TURNING_SHARE = 0.98
 """Share of the input's motion that the output must explain for its ratio to be known."""

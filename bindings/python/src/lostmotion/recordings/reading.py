@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray, IntArray
 from lostmotion.errors import InputError, shorten
 from lostmotion.files import reason
 from lostmotion.recordings.asynchronous import check_asynchronous, leave_out_repeated
@@ -394,13 +394,13 @@ def read_runs(
     return runs
 
 
-def in_different_rows(numbers: Mapping[str, npt.NDArray[np.float64]]) -> bool:
+def in_different_rows(numbers: Mapping[str, FloatArray]) -> bool:
     """Whether no row has all of the quantities that every row needs."""
     moving = [np.isfinite(numbers[name]) for name in sorted(MOVING & numbers.keys())]
     return not np.any(np.all(moving, axis=0))
 
 
-def newest_first(time_s: npt.NDArray[np.float64], codes: npt.NDArray[np.intp]) -> bool:
+def newest_first(time_s: FloatArray, codes: IntArray) -> bool:
     """Whether the clock of every run only decreases."""
     step = np.diff(time_s)
     step = step[(np.diff(codes) == 0) & np.isfinite(step)]
@@ -408,8 +408,8 @@ def newest_first(time_s: npt.NDArray[np.float64], codes: npt.NDArray[np.intp]) -
 
 
 def first_appearance(
-    codes: npt.NDArray[np.intp],
-) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
+    codes: IntArray,
+) -> tuple[IntArray, IntArray]:
     """Codes in the order of their first appearance, and the rows by that order."""
     present, first, inverse = np.unique(codes, return_index=True, return_inverse=True)
     order = np.argsort(first)
@@ -420,7 +420,7 @@ def first_appearance(
 
 def runs_of_blocks(
     file: str, only: str, read: Numbers, findings: list[Finding]
-) -> tuple[npt.NDArray[np.intp], list[int | str]]:
+) -> tuple[IntArray, list[int | str]]:
     """Separate runs if the clock restarts after every blank line, or only ever at its first stamp.
 
     A clock that was set back goes elsewhere, and remains in one run.
@@ -441,7 +441,7 @@ def runs_of_blocks(
     return codes, list(range(1, runs + 1))
 
 
-def restarts_of_channels(numbers: Mapping[str, npt.NDArray[np.float64]]) -> npt.NDArray[np.intp]:
+def restarts_of_channels(numbers: Mapping[str, FloatArray]) -> IntArray:
     """Count the restarts of the clock before every row.
 
     Channels with rows of their own, which may be written one after another, are counted apart.
@@ -455,7 +455,7 @@ def restarts_of_channels(numbers: Mapping[str, npt.NDArray[np.float64]]) -> npt.
     return codes
 
 
-def restarts(time_s: npt.NDArray[np.float64]) -> list[int]:
+def restarts(time_s: FloatArray) -> list[int]:
     """Rows at which a clock begins again, if it goes back only to its first stamp.
 
     Every section is longer than a burst of faulty stamps.
@@ -469,12 +469,12 @@ def restarts(time_s: npt.NDArray[np.float64]) -> list[int]:
 
 
 def begun_again(
-    codes: npt.NDArray[np.intp],
+    codes: IntArray,
     labels: list[int | str],
-    time_s: npt.NDArray[np.float64],
+    time_s: FloatArray,
     file: str,
     findings: list[Finding],
-) -> tuple[npt.NDArray[np.intp], list[int | str], set[int | str]]:
+) -> tuple[IntArray, list[int | str], set[int | str]]:
     """Separate the recordings of one label between which other runs were recorded.
 
     A logger that restarts numbers its runs from 1 again; the drive may have moved in between. The
@@ -520,14 +520,14 @@ def begun_again(
     return new, [names[code] for code in present], sessions
 
 
-def forward_step(time_s: npt.NDArray[np.float64]) -> float:
+def forward_step(time_s: FloatArray) -> float:
     """Median of the forward steps of a clock; 0 if there are none."""
     step = np.diff(time_s)
     step = step[step > 0]
     return float(np.median(step)) if step.size else 0.0
 
 
-def rows_of_runs(codes: npt.NDArray[np.intp], runs: int) -> Iterator[npt.NDArray[np.intp]]:
+def rows_of_runs(codes: IntArray, runs: int) -> Iterator[IntArray]:
     """Yield the rows of every run, in the order of the file."""
     order = np.argsort(codes, kind="stable")
     yield from np.split(order, np.searchsorted(codes[order], np.arange(1, runs)))
@@ -626,7 +626,7 @@ def run_codes(
     values: Any,
     place: Callable[[int], str],
     findings: list[Finding] | None = None,
-) -> tuple[npt.NDArray[np.intp], list[int | str]]:
+) -> tuple[IntArray, list[int | str]]:
     """Number the runs in the order of their first appearance.
 
     Parameters
@@ -696,7 +696,7 @@ def run_codes(
     return (same[codes] if same.size else codes), list(unique)
 
 
-def with_stray_labels_taken_in(codes: npt.NDArray[np.intp]) -> npt.NDArray[np.intp]:
+def with_stray_labels_taken_in(codes: IntArray) -> IntArray:
     """Return run codes in which a burst of other labels within a run has the code of that run.
 
     The run must be longer than a burst on both sides: recordings that alternate row by row are not
@@ -715,14 +715,14 @@ def with_stray_labels_taken_in(codes: npt.NDArray[np.intp]) -> npt.NDArray[np.in
 
 
 def sections(
-    codes: npt.NDArray[np.intp],
-) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
+    codes: IntArray,
+) -> tuple[IntArray, IntArray]:
     """First rows and lengths of the sections of one label."""
     begins = np.flatnonzero(np.diff(codes, prepend=codes[:1] - 1))
     return begins, np.diff(begins, append=codes.size)
 
 
-def in_no_order(codes: npt.NDArray[np.intp]) -> bool:
+def in_no_order(codes: IntArray) -> bool:
     """Whether most sections of one label are as short as a burst, and every run has several."""
     _, sizes = sections(codes)
     return bool(

@@ -15,17 +15,15 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from lostmotion import units
+from lostmotion.arrays import FloatArray
 from lostmotion.errors import InputError
 from lostmotion.recordings.campaign import Campaign, Run
 from lostmotion.recordings.findings import Finding
 from lostmotion.recordings.gate import ANGLES, SIZE_FACTOR, TORQUES
 from lostmotion.recordings.mean_curve import MeanCurve
 from lostmotion.recordings.wild import PLAUSIBLE
-
-FloatArray = npt.NDArray[np.float64]
 
 LOST = "lost_motion_rad"
 

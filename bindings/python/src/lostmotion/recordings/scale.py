@@ -6,12 +6,10 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray
 from lostmotion.recordings.campaign import Campaign
 from lostmotion.recordings.findings import Finding
-
-FloatArray = npt.NDArray[np.float64]
 
 SCALE_DOUBT = 10.0
 """Factor between measured and predicted lost motion, either way, that indicates a different drive.

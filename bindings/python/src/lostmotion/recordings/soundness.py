@@ -6,8 +6,8 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import BoolArray, FloatArray
 from lostmotion.errors import InputError
 from lostmotion.recordings.astray import astray, unconnected
 from lostmotion.recordings.campaign import Campaign, Log, Run
@@ -28,8 +28,6 @@ from lostmotion.recordings.encoders import (
 from lostmotion.recordings.findings import Finding
 from lostmotion.recordings.frozen import frozen_rows
 from lostmotion.recordings.quantities import QUANTITIES
-
-FloatArray = npt.NDArray[np.float64]
 
 ANGLES = ("input_angle", "output_angle")
 """Angles whose difference is the lost motion."""
@@ -213,9 +211,7 @@ def steps_of_disorder(time_s: FloatArray, scrambled: bool) -> int:
     return count if scrambled or random or irregular <= REGULAR[0] * forward.size else 0
 
 
-def copied_rows(
-    columns: Mapping[str, FloatArray], usable: npt.NDArray[np.bool_]
-) -> npt.NDArray[np.bool_]:
+def copied_rows(columns: Mapping[str, FloatArray], usable: BoolArray) -> BoolArray:
     """Mark the rows that repeat an earlier one in every column: one sample, written again.
 
     If different samples have the same stamp, the clock is coarse, and equal rows may be samples of
@@ -245,7 +241,7 @@ def misreadings(
     columns: Mapping[str, FloatArray],
     ratio: float | None,
     counters: Mapping[str, Counter] | None,
-) -> Iterator[tuple[str, npt.NDArray[np.bool_], str]]:
+) -> Iterator[tuple[str, BoolArray, str]]:
     """Yield faults of raw readings: quantity, rows, report text."""
     zero = unconnected(columns)
     if zero.any():
@@ -269,7 +265,7 @@ def misreadings(
 
 def complete_angles(
     columns: dict[str, FloatArray],
-    misread: npt.NDArray[np.bool_],
+    misread: BoolArray,
     ratio: float | None,
     note: Callable[[str, str, int, str], None],
     counters: Mapping[str, Counter] | None,

@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import WholeArray
 from lostmotion.errors import InputError, one_line, shorten
 from lostmotion.files import read_bytes
 from lostmotion.recordings.cells import MISSING_SPELLINGS, is_value
@@ -86,7 +86,7 @@ class TextTable:
     def __init__(self, file: str, text: bytes, layout: Layout) -> None:
         self.file, self.layout = file, layout
         self.body = text[line_start(text, layout.last_line) :]
-        self.lines: npt.NDArray[np.int64] | None = None
+        self.lines: WholeArray | None = None
         self.findings = noted_before(file, layout)
         self.header = header_from(file, layout, text)
         self.cleaned = False

@@ -19,8 +19,8 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import BoolArray, FloatArray, IntArray
 from lostmotion.recordings.astray import RANGES, SHARE_MAX
 from lostmotion.recordings.bursts import (
     BESIDE,
@@ -42,10 +42,6 @@ from lostmotion.recordings.findings import Finding
 from lostmotion.recordings.frozen import FROZEN_LEAST, OTHER_SWING
 from lostmotion.recordings.mean_curve import MeanCurve
 from lostmotion.recordings.quantities import QUANTITIES
-
-FloatArray = npt.NDArray[np.float64]
-BoolArray = npt.NDArray[np.bool_]
-IntArray = npt.NDArray[np.intp]
 
 OWN_DEVIATIONS = 12.0
 """A burst in the lost motion over the torque must also exceed the noise of its own column by this

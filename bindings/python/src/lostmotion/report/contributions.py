@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from lostmotion.arrays import FloatArray
 from lostmotion.catalogue import PARTS, REVERSAL_TORQUE_SHARE, Catalogue
 from lostmotion.report.charts import Chart
-from lostmotion.report.svg import Array, signs
+from lostmotion.report.svg import signs
 from lostmotion.report.wording import written
 from lostmotion.results import figures
 from lostmotion.results.colours import INK, SOFT
@@ -62,24 +63,24 @@ class Contributions:
     """
 
     name: str
-    torque_Nm: Array
-    parts_arcmin: Mapping[str, Array]
+    torque_Nm: FloatArray
+    parts_arcmin: Mapping[str, FloatArray]
     rated_torque_Nm: float
     reversal_torque_Nm: float
-    engaged_teeth: Array | None = None
+    engaged_teeth: FloatArray | None = None
     catalogue: Catalogue | None = None
 
     @property
-    def total_arcmin(self) -> Array:
+    def total_arcmin(self) -> FloatArray:
         """Sum of the contributions."""
         return np.asarray(sum(self.parts_arcmin[part] for part in PARTS))
 
-    def at(self, values: Array, torque_Nm: float) -> float:
+    def at(self, values: FloatArray, torque_Nm: float) -> float:
         """Interpolate a curve at a torque."""
         return float(np.interp(torque_Nm, self.torque_Nm, values))
 
 
-def picture_torques(rated_Nm: float, ends: Array | None = None) -> Array:
+def picture_torques(rated_Nm: float, ends: FloatArray | None = None) -> FloatArray:
     """Torques for the figure: dense around zero, with points very close to zero on both sides.
 
     Parameters
@@ -99,7 +100,10 @@ def picture_torques(rated_Nm: float, ends: Array | None = None) -> Array:
 
 def contributions_figure(data: Contributions) -> Chart:
     """Make the figure of a torsion curve."""
-    columns: dict[str, Array] = {"torque_Nm": data.torque_Nm, "total_arcmin": data.total_arcmin}
+    columns: dict[str, FloatArray] = {
+        "torque_Nm": data.torque_Nm,
+        "total_arcmin": data.total_arcmin,
+    }
     columns |= {f"{part}_arcmin": data.parts_arcmin[part] for part in PARTS}
     if data.engaged_teeth is not None:
         columns["engaged_teeth_per_lobe"] = data.engaged_teeth

@@ -11,11 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lostmotion.arrays import FloatArray
 from lostmotion.condition_cards import CARDS, NEUTRAL
 from lostmotion.core import NEEDS
 from lostmotion.effects.effect import Effect
 from lostmotion.report.maps import name_of
-from lostmotion.report.svg import Array, Drawing, signs
+from lostmotion.report.svg import Drawing, signs
 from lostmotion.report.wording import split_quantity, written
 from lostmotion.results.colours import INK, SOFT
 from lostmotion.units import ARCSEC, plain_number
@@ -63,8 +64,8 @@ class Contribution:
     """
 
     axis: str
-    values: Array
-    curves: list[Array]
+    values: FloatArray
+    curves: list[FloatArray]
     between: str = ""
 
 
@@ -99,7 +100,7 @@ def contribution_of(effect: Effect) -> Contribution:
     return Contribution(axis, along, curves, between)
 
 
-def loop_of(load_Nm: float) -> Array:
+def loop_of(load_Nm: float) -> FloatArray:
     """Torques of a loop from rest: up, down, and up again."""
     phase = np.linspace(0.0, 1.5, SAMPLES)
     return np.asarray(load_Nm * np.interp(phase, [0.0, 0.25, 0.75, 1.25, 1.5], [0, 1, -1, 1, 0]))
@@ -135,10 +136,10 @@ def draw_effect(effect: Effect) -> str:
     room = HEIGHT - 2 * LINE_PX
     left, right = float(data.values.min()), float(data.values.max())
 
-    def across(values: Array) -> Array:
+    def across(values: FloatArray) -> FloatArray:
         return np.asarray(MARGIN + (values - left) / (right - left) * (WIDTH - 2 * MARGIN))
 
-    def down(values: Array) -> Array:
+    def down(values: FloatArray) -> FloatArray:
         return np.asarray(LINE_PX + (high - values) / ((high - low) or 1.0) * room)
 
     drawing.rectangle(0, 0, WIDTH, HEIGHT, "#fff")

@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from lostmotion import rules
+from lostmotion.arrays import FloatArray, IntArray
 from lostmotion.candidates.shapes import channels
 from lostmotion.condition_cards import CARDS
 from lostmotion.discover.choice import Step
@@ -17,13 +17,11 @@ from lostmotion.discover.recorded_model import Selection
 from lostmotion.evidence.overlap import principal_angles
 from lostmotion.report.charts import Chart
 from lostmotion.report.maps import bins_of, name_of
-from lostmotion.report.svg import Array, signs
+from lostmotion.report.svg import signs
 from lostmotion.report.wording import with_signs, words
 from lostmotion.results import figures
 from lostmotion.results.colours import BLUE, INK, ORANGE
 from lostmotion.results.figures import axis_range
-
-IntArray = npt.NDArray[np.intp]
 
 ROWS_SHOWN = 6
 """Largest number of candidates whose gain of every run is drawn."""
@@ -35,9 +33,9 @@ SHAPE_BINS = 160
 """Bins of the quantity on which a shape depends."""
 
 
-def gains_of(selection: Selection) -> list[tuple[str, Array]]:
+def gains_of(selection: Selection) -> list[tuple[str, FloatArray]]:
     """Gain of every run for the selected candidates, then for the strongest others."""
-    found: list[tuple[str, Array]] = []
+    found: list[tuple[str, FloatArray]] = []
     for step in selection.steps:
         if step.selected is not None:
             found.append((words(step.selected.candidate.name), step.selected.gain_by_run))
@@ -52,7 +50,7 @@ def gains_of(selection: Selection) -> list[tuple[str, Array]]:
     return found
 
 
-def dots_figure(gains: Sequence[tuple[str, Array]], labels: Sequence[object]) -> Chart:
+def dots_figure(gains: Sequence[tuple[str, FloatArray]], labels: Sequence[object]) -> Chart:
     """Make the figure of the gain of every run, of some candidates."""
     return Chart(
         "gain_by_run",
@@ -68,7 +66,7 @@ def dots_figure(gains: Sequence[tuple[str, Array]], labels: Sequence[object]) ->
     )
 
 
-def draw_dots(gains: Sequence[tuple[str, Array]], labels: Sequence[object]) -> Any:
+def draw_dots(gains: Sequence[tuple[str, FloatArray]], labels: Sequence[object]) -> Any:
     """Draw a row of dots for each candidate."""
     figure = figures.framed("", "gain of a run, nats", "", 120 + 34 * len(gains))
     most = max(float(gain.max()) for _, gain in gains)
@@ -123,7 +121,7 @@ def alike_figure(step: Step) -> Chart | None:
     )
 
 
-def draw_alike(names: Sequence[str], angle: Array) -> Any:
+def draw_alike(names: Sequence[str], angle: FloatArray) -> Any:
     """Draw the lower triangle of the angles, orange where effects are not separated."""
     figure = figures.framed("", "", "", 110 + 30 * len(names))
     twin = rules.TWIN_DEG / 90.0
@@ -190,7 +188,7 @@ def shape_figure(step: Step) -> Chart | None:
     )
 
 
-def error_of_means(values: Array, place: IntArray, run_of: IntArray, bins: int) -> Array:
+def error_of_means(values: FloatArray, place: IntArray, run_of: IntArray, bins: int) -> FloatArray:
     """Standard error of the mean of every bin, from the scatter of the run means."""
     runs = int(run_of.max()) + 1
     cell = place * runs + run_of
@@ -202,7 +200,7 @@ def error_of_means(values: Array, place: IntArray, run_of: IntArray, bins: int) 
     return np.asarray(np.sqrt(square / np.maximum(seen - 1, 1) / seen))
 
 
-def covariate_of(base: Any, covariate: str) -> tuple[Array, str] | None:
+def covariate_of(base: Any, covariate: str) -> tuple[FloatArray, str] | None:
     """Values of a covariate of a shape, with the unit for the axis."""
     c = base.conditions
     if covariate in ("input_angle", "output_angle"):
@@ -210,11 +208,13 @@ def covariate_of(base: Any, covariate: str) -> tuple[Array, str] | None:
     if covariate == "run":
         return base.conditions.run_of + 1.0, "in order"
     units = {card.quantity: name_of(column)[1] for column, card in CARDS.items()} | {"time": "s"}
-    found: Mapping[str, Array] = channels(base)
+    found: Mapping[str, FloatArray] = channels(base)
     return (found[covariate], units.get(covariate, "")) if covariate in found else None
 
 
-def draw_shape(x: Array, fitted: Array, mean: Array, half: Array, label: str) -> Any:
+def draw_shape(
+    x: FloatArray, fitted: FloatArray, mean: FloatArray, half: FloatArray, label: str
+) -> Any:
     """Draw the shape over the means and their band."""
     figure = figures.framed("", label, "arcsec", 360)
     figures.area(figure, x, mean - half, mean + half, "#c8ddf1", "± 2 standard errors")

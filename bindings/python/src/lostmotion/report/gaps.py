@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from lostmotion.arrays import FloatArray
 from lostmotion.model import Clearances, DesignModel
 from lostmotion.report.charts import Chart
 from lostmotion.report.mesh import make_mesh
-from lostmotion.report.svg import Array, signs
+from lostmotion.report.svg import signs
 from lostmotion.results import figures
 from lostmotion.results.colours import BLUE, ORANGE, RED, SOFT
 from lostmotion.units import ARCMIN
@@ -31,9 +32,9 @@ class Flank:
     """Gaps of one flank of one lobe in one axial section, by rising angle."""
 
     section: int
-    angle_deg: Array
-    gap_arcmin: Array
-    radius_mm: Array
+    angle_deg: FloatArray
+    gap_arcmin: FloatArray
+    radius_mm: FloatArray
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 
+from lostmotion.arrays import FloatArray
 from lostmotion.model import DesignModel
 from lostmotion.report.mesh import Mesh, make_mesh
-from lostmotion.report.svg import Array
 
 FLANK_POINTS = 25
 """Points of one flank, from the fillet to the tip: error at most 1e-5 modules."""
@@ -53,14 +53,14 @@ class GearProfile:
     tip_mm: float
     fillet_radius_mm: float
     form_radius_mm: float
-    half_pitch: Array
+    half_pitch: FloatArray
 
-    def pitch(self) -> Array:
+    def pitch(self) -> FloatArray:
         """One pitch, symmetric about its axis, at growing angles."""
         mirrored = self.half_pitch[::-1] * np.array([-1.0, 1.0])
         return np.concatenate((mirrored, self.half_pitch[1:]))
 
-    def outline(self) -> Array:
+    def outline(self) -> FloatArray:
         """All teeth, closed: the last point is not the first one again."""
         one = self.pitch()[:-1]
         turns = -2.0 * math.pi * np.arange(self.teeth) / self.teeth
@@ -107,7 +107,7 @@ def gear_profile(mesh: Mesh, name: str) -> GearProfile:
     )
 
 
-def _at(radius: float, angle: float) -> Array:
+def _at(radius: float, angle: float) -> FloatArray:
     return np.array([radius * math.sin(angle), radius * math.cos(angle)])
 
 
@@ -116,7 +116,7 @@ def _fillet(
     ends: tuple[float, float],
     rounding: float,
     space: tuple[float, float],
-) -> tuple[float, float, Array]:
+) -> tuple[float, float, FloatArray]:
     """Find the arc that touches root circle and flank: radius, radius of the form circle, centre.
 
     Its radius is that of the basic rack's tip, or less if the space to the opposite flank or the
@@ -126,7 +126,7 @@ def _fillet(
     side, half_pitch = space
     step = 1e-6 * abs(tip - root)
 
-    def centre(radius: float, arc: float) -> Array:
+    def centre(radius: float, arc: float) -> FloatArray:
         ahead, behind = (_at(r, half(r)) for r in (radius + step, radius - step))
         along = (ahead - behind) / np.hypot(*(ahead - behind))
         normal = side * np.array([along[1], -along[0]])
@@ -135,7 +135,7 @@ def _fillet(
     def missing(radius: float, arc: float) -> float:
         return float(np.hypot(*centre(radius, arc)) - (root + side * arc))
 
-    def fits(arc: float) -> tuple[float, Array] | None:
+    def fits(arc: float) -> tuple[float, FloatArray] | None:
         if missing(root, arc) * missing(tip, arc) > 0:
             return None
         form = float(brentq(missing, root, tip, args=(arc,), xtol=1e-12))
@@ -160,7 +160,7 @@ def _fillet(
     return low, *found
 
 
-def _arc(centre: Array, radius: float, start: Array, end: Array) -> Array:
+def _arc(centre: FloatArray, radius: float, start: FloatArray, end: FloatArray) -> FloatArray:
     """Points of the short arc from start to end."""
     if radius == 0:
         return np.array([start, end])

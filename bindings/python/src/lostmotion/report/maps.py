@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray, IntArray
 from lostmotion.branches import directions
 from lostmotion.core import NEEDS
 from lostmotion.effects.conditions import Conditions
@@ -16,9 +16,6 @@ from lostmotion.report.wording import unit_text, words, written
 from lostmotion.results import figures
 from lostmotion.results.colours import INK, SOFT, TEAL
 from lostmotion.units import split_unit
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.intp]
 
 ACROSS, UP = 14, 9
 """Cells of a map, and of a profile."""

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from lostmotion.arrays import FloatArray
 from lostmotion.model import DesignModel
-from lostmotion.report.svg import Array
 from lostmotion.structs import GENERATORS
 
 
@@ -66,7 +66,7 @@ class Mesh:
         polar = angle_rad + found.lead_rad
         return polar, found.radius_mm, polar + math.atan2(found.tilt_sin, found.tilt_cos)
 
-    def half_angle(self, flank: str, radius_mm: Array) -> Array:
+    def half_angle(self, flank: str, radius_mm: FloatArray) -> FloatArray:
         """Half angle of a flank at radii."""
         lib, ffi = self.model.core.lib, self.model.core.ffi
         if flank == "rigid":
@@ -137,7 +137,7 @@ def first_touches(
     return touches
 
 
-def touch_place(mesh: Mesh, touch: Touch) -> Array:
+def touch_place(mesh: Mesh, touch: Touch) -> FloatArray:
     """Contact point on the rigid gear's flank, in screen coordinates."""
     half = float(mesh.half_angle("rigid", np.array([touch.radius_mm]))[0])
     # Internal: the forward flank of the tooth meets the far flank of the space. External: the

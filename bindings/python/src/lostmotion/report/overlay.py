@@ -5,20 +5,18 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray, IntArray
 from lostmotion.effects.conditions import Conditions
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.report.charts import Chart
 from lostmotion.report.figure_data import Columns
 from lostmotion.report.loops import LOOP_LEAST
-from lostmotion.report.svg import Array, abridged
+from lostmotion.report.svg import abridged
 from lostmotion.report.wording import with_zeros
 from lostmotion.results.colours import MEASURED, MODEL, WITH_EFFECTS
 from lostmotion.results.figures import line, noise_band, stacked
 from lostmotion.units import ARCMIN, ARCSEC
-
-IntArray = npt.NDArray[np.intp]
 
 RUNS_SHOWN = 6
 POINTS_SHOWN = 2000
@@ -31,7 +29,7 @@ TURN_LEAST_RAD = np.pi
 """Least rotation of the wave generator for which a run without a loop is drawn over its angle."""
 
 
-def runs_to_show(before: Array, after: Array, starts: IntArray) -> list[int]:
+def runs_to_show(before: FloatArray, after: FloatArray, starts: IntArray) -> list[int]:
     """Number of runs with the largest explained part that are drawn."""
     fall = np.add.reduceat(before**2 - after**2, starts[:-1]) / np.diff(starts)
     if not np.any(fall > 0):
@@ -63,8 +61,8 @@ class Overlay:
         self.short = [short[i] for i in self.shown]
         slices = c.slices()
         self.torque, self.measured, self.model, self.residual = [], [], [], []
-        self.seconds: list[Array] = []
-        self.across: list[tuple[Array, str]] = []
+        self.seconds: list[FloatArray] = []
+        self.across: list[tuple[FloatArray, str]] = []
         self.pieces: list[list[IntArray]] = []
         for i in self.shown:
             at = np.arange(slices[i].start, slices[i].stop)
@@ -96,7 +94,7 @@ class Overlay:
         return columns
 
 
-def axis_of(c: Conditions, run: slice, at: IntArray) -> tuple[Array, str, list[IntArray]]:
+def axis_of(c: Conditions, run: slice, at: IntArray) -> tuple[FloatArray, str, list[IntArray]]:
     """Choose the axis for the samples of a run, and the samples of each line.
 
     A loop is drawn over its torque, a run that turns at constant torque over the angle of the wave

@@ -7,14 +7,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from lostmotion.arrays import FloatArray
 from lostmotion.report.gear_profiles import gear_profile
 from lostmotion.report.mesh import Mesh
-from lostmotion.report.svg import Array, simplify
+from lostmotion.report.svg import simplify
 
 
 def flexspline_shape(
     mesh: Mesh, angles: Sequence[float], slack_mm: float = 0.0
-) -> tuple[Array, Array]:
+) -> tuple[FloatArray, FloatArray]:
     """Toothed edge of the flexspline over neighbouring teeth, and the free edge of its rim.
 
     Parameters
@@ -41,14 +42,16 @@ def flexspline_shape(
     return np.concatenate(toothed), np.concatenate(free)
 
 
-def _placed(points: Array, polar: float, radius: float, normal: float) -> Array:
+def _placed(points: FloatArray, polar: float, radius: float, normal: float) -> FloatArray:
     across, along = points[:, 0], points[:, 1]
     x = radius * math.sin(polar) + along * math.sin(normal) + across * math.cos(normal)
     y = radius * math.cos(polar) + along * math.cos(normal) - across * math.sin(normal)
     return np.column_stack((x, y))
 
 
-def rigid_shape(mesh: Mesh, angles: Sequence[float], slack_mm: float = 0.0) -> tuple[Array, Array]:
+def rigid_shape(
+    mesh: Mesh, angles: Sequence[float], slack_mm: float = 0.0
+) -> tuple[FloatArray, FloatArray]:
     """Toothed edge of the rigid gear around the same teeth, and an edge of its body."""
     pitch = 2.0 * math.pi / mesh.geometry.rigid_teeth
     profile = gear_profile(mesh, "rigid")

@@ -7,19 +7,16 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray, IntArray
 from lostmotion.branches import directions
 from lostmotion.compare.loops import branch_blocks
 from lostmotion.effects.conditions import Conditions
 from lostmotion.report.charts import Chart
 from lostmotion.report.maps import bins_of, name_of, recorded_quantities
-from lostmotion.report.svg import Array
 from lostmotion.report.wording import NOISE_FLOOR, angle_text
 from lostmotion.results import figures
 from lostmotion.results.colours import GRID
-
-IntArray = npt.NDArray[np.intp]
 
 ACROSS, UP = 16, 8
 """Bins of the torque and of the other quantity."""
@@ -55,12 +52,12 @@ class Grid:
 
     name: str
     unit: str
-    torque_edges_Nm: Array
-    edges: Array
+    torque_edges_Nm: FloatArray
+    edges: FloatArray
     cell: IntArray
     stretch: IntArray
 
-    def means(self, residual: Array, floor: float) -> tuple[Array, Array]:
+    def means(self, residual: FloatArray, floor: float) -> tuple[FloatArray, FloatArray]:
         """Mean residual of every bin and its t, shape ``[direction, quantity, torque]``.
 
         A passage through a bin counts once, regardless of its number of samples.
@@ -76,7 +73,7 @@ class Grid:
         return mean.reshape(shape), t.reshape(shape)
 
 
-def varying_quantities(c: Conditions) -> list[tuple[str, str, Array]]:
+def varying_quantities(c: Conditions) -> list[tuple[str, str, FloatArray]]:
     """Quantities that vary in a campaign, with name and unit."""
     return [
         (*name_of(quantity), values)
@@ -100,7 +97,7 @@ def make_grids(c: Conditions) -> list[Grid]:
     return grids
 
 
-def edges_of(values: Array) -> Array:
+def edges_of(values: FloatArray) -> FloatArray:
     """Edges of bins: between distinct values if they are few, else of equal width."""
     levels = np.unique(values)
     if 1 < levels.size <= UP:
@@ -111,7 +108,7 @@ def edges_of(values: Array) -> Array:
 
 def grids_figure(
     c: Conditions,
-    residuals: Sequence[tuple[str, Array]],
+    residuals: Sequence[tuple[str, FloatArray]],
     floor_arcsec: float,
     name: str,
     against: str = NOISE_FLOOR,
@@ -187,7 +184,7 @@ def grids_figure(
 
 def draw_maps(
     grids: Sequence[Grid],
-    made: Sequence[Sequence[tuple[Array, Array]]],
+    made: Sequence[Sequence[tuple[FloatArray, FloatArray]]],
     labels: Sequence[str],
     scale: float,
 ) -> list[Any]:

@@ -11,11 +11,9 @@ from html import escape
 from itertools import takewhile
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray
 from lostmotion.results.colours import INK, PAPER
-
-Array = npt.NDArray[np.float64]
 
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
 
@@ -62,7 +60,7 @@ POINT_LENGTH = 1e-9
 """A chord shorter than this, in pixels, is a point, because its square would underflow."""
 
 
-def simplify(points: Array, slack: float = SIMPLIFY_PX) -> Array:
+def simplify(points: FloatArray, slack: float = SIMPLIFY_PX) -> FloatArray:
     """Remove points of a curve that are within `slack` of the simplified line.
 
     Parameters
@@ -101,7 +99,7 @@ def simplify(points: Array, slack: float = SIMPLIFY_PX) -> Array:
     return points[keep]
 
 
-def path_data(points: Array, *, closed: bool = False) -> str:
+def path_data(points: FloatArray, *, closed: bool = False) -> str:
     """Write points as path data, each relative to the previous one."""
     steps = np.rint(np.asarray(points, dtype=np.float64) * 100).astype(np.int64)
     moves = np.diff(steps, axis=0)
@@ -172,7 +170,7 @@ class Drawing:
 
     def curve(
         self,
-        points: Array,
+        points: FloatArray,
         stroke: str = INK,
         width: float = 1.5,
         dash: str = "",
@@ -189,7 +187,7 @@ class Drawing:
 
     def area(
         self,
-        points: Array,
+        points: FloatArray,
         fill: str,
         stroke: str = "none",
         width: float = 1.0,
@@ -276,7 +274,7 @@ class Drawing:
         )
 
 
-def pieces(points: Array) -> list[Array]:
+def pieces(points: FloatArray) -> list[FloatArray]:
     """Cut a curve where its points are not finite."""
     good = np.all(np.isfinite(points), axis=1)
     change = np.flatnonzero(np.diff(good)) + 1

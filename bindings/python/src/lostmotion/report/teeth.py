@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from lostmotion.arrays import FloatArray
 from lostmotion.model import DesignModel
 from lostmotion.report.mesh import (
     Mesh,
@@ -19,13 +20,7 @@ from lostmotion.report.mesh import (
 )
 from lostmotion.report.page import Figure
 from lostmotion.report.placed_teeth import flexspline_shape, rigid_shape
-from lostmotion.report.svg import (
-    SIMPLIFY_PX,
-    SMALL_SIZE,
-    Array,
-    Drawing,
-    signs,
-)
+from lostmotion.report.svg import SIMPLIFY_PX, SMALL_SIZE, Drawing, signs
 from lostmotion.results.colours import BLUE, INK, PAPER, RED, SOFT
 from lostmotion.units import ARCMIN
 
@@ -62,7 +57,7 @@ class View:
     angle_rad: float
     radius_mm: float
 
-    def show(self, points: Array) -> Array:
+    def show(self, points: FloatArray) -> FloatArray:
         """Place screen coordinates (mm) in the window."""
         c, s = math.cos(self.angle_rad), math.sin(self.angle_rad)
         x = points[..., 0] * c - points[..., 1] * s
@@ -150,13 +145,13 @@ def draw_ring(
     outermost = max(outermost, g.rigid_root_mm)
     scale = size / 2 / (g.neutral_mm + factor * (outermost - g.neutral_mm) + 1.0)
 
-    def at(angle: Array, radius: Array) -> Array:
+    def at(angle: FloatArray, radius: FloatArray) -> FloatArray:
         r = scale * (g.neutral_mm + factor * (radius - g.neutral_mm))
         return np.column_stack((centre[0] + r * np.sin(angle), centre[1] - r * np.cos(angle)))
 
     circle = np.linspace(0.0, 2.0 * math.pi, 241)
 
-    def arc(radius: float) -> Array:
+    def arc(radius: float) -> FloatArray:
         return at(circle, np.full(circle.size, radius))
 
     # Rigid gear: a toothed ring of trapezoids.

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray
 from lostmotion.errors import InputError
 from lostmotion.results.colours import (
     BAND,
@@ -30,8 +31,6 @@ from lostmotion.results.colours import (
     SOFT,
     TEAL,
 )
-
-FloatArray = npt.NDArray[np.float64]
 
 POINTS_MAX = 4000
 """Samples of a run that are drawn; more slow down a page without benefit."""

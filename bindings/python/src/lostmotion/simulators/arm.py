@@ -20,8 +20,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray
 from lostmotion.core import core
 from lostmotion.drives import Drive, read_drive
 from lostmotion.export import build, make_controller
@@ -29,8 +29,6 @@ from lostmotion.on_progress import OnProgress
 from lostmotion.rms import rms_of
 from lostmotion.shipped import find_inputs
 from lostmotion.simulators.mujoco import SUFFIX, put_drives
-
-FloatArray = npt.NDArray[np.float64]
 
 HERE = Path(__file__).parent
 

@@ -26,8 +26,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray
 from lostmotion.core import REFERENCE_TEMPERATURE_C, core, library_effects
 from lostmotion.drives import Drive, read_drive
 from lostmotion.errors import InputError
@@ -253,7 +253,7 @@ def slow_reversal(
     *,
     step_s: float = 2e-3,
     period_s: float = 20.0,
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+) -> tuple[FloatArray, FloatArray]:
     """Measure the lost motion of a drive with locked input in the simulator.
 
     Parameters
@@ -410,7 +410,7 @@ def _set_first(owner: Any, name: str, value: float) -> None:
 def _configuration(controller: Controller) -> dict[str, str]:
     """Write the plugin configuration of a drive."""
 
-    def listed(values: Sequence[float] | npt.NDArray[np.float64]) -> str:
+    def listed(values: Sequence[float] | FloatArray) -> str:
         return " ".join(repr(float(value)) for value in values)
 
     plays = controller.plays

@@ -5,14 +5,12 @@ from __future__ import annotations
 from itertools import product
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray
 from lostmotion.candidates.tangents import Tangents, at_base, start_points, unit_size
 from lostmotion.effects.effect import Effect
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.point import Point
-
-FloatArray = npt.NDArray[np.float64]
 
 RUNOUT_RAD = 2e-5
 CLOSING_ANGLE = 2.0
