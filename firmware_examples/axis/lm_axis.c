@@ -328,7 +328,8 @@ float lm_axis_use_current(lm_axis *a, const lm_motor *motor, float commanded_Nm,
 }
 
 static float rate(const lm_axis *a) {
-  return a->state == LM_AXIS_CLOSED || a->guides
+  return a->guides ? a->correction.velocity_rad_s + a->guide_rad_s
+         : a->state == LM_AXIS_CLOSED
              ? a->correction.velocity_rad_s + a->moved_rad / a->follow.period_s
              : 0;
 }

@@ -117,8 +117,9 @@ typedef struct lm_axis {
   int unfed;  /* the loop was closed for it */
   int guides; /* it moves the axis */
   float guide_rad;
-  float guide_Nm;   /* of the test: change of the torque, fed forward instead */
-  float guided_rad; /* of the tick before, or LM_UNKNOWN */
+  float guide_rad_s; /* of the test: velocity that is fed forward for it */
+  float guide_Nm;    /* of the test: change of the torque, fed forward instead */
+  float guided_rad;  /* of the tick before, or LM_UNKNOWN */
   lm_correction guide;
   int holds;    /* lm_axis_hold: the next angle of the motor is the setpoint, as after a lost bus */
   int at_motor; /* the setpoint is the angle of the motor of this tick */

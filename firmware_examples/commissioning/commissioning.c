@@ -46,12 +46,13 @@
 #define RUSH_MOST_S 1.0f  /* for a fifth of the correction: slower, it lags behind any motion */
 #define FRICTION_MOST \
   1.5f /* of the stated one: 1 with half of it; wrong sign: that and the true one */
+#define PACE_SHARE 0.25f
 #define FEED_LEAST 0.1f     /* of the error of the loop: less may be that of friction */
 #define FEED_MOST 2.0f      /* beyond it the error is larger than without */
 #define SEEN_FRICTIONS 2.0f /* of the motor: less cannot be separated from it in the current */
 #define SEEN_NOISES 4.0f    /* a swing of this multiple of noise_rad is separated from noise */
 
-enum { STAND, TRAVEL, SHAKE, PATH, SWEEP, RUSH, OVER };
+enum { STAND, TRAVEL, PACE, SHAKE, PATH, SWEEP, RUSH, OVER };
 
 static float size(float value) {
   return value < 0 ? -value : value;
@@ -252,10 +253,12 @@ static void listen(commissioning *run, int k, const tone *t, float value) {
   run->sum[2 * k + 1] += value * sine(phase + PI / 2) * 2 / (float)t->whole;
 }
 
+static float amplitude_of(const float part[2]) {
+  return square_root(part[0] * part[0] + part[1] * part[1]);
+}
+
 static float amplitude(const commissioning *run, int k) {
-  float a = run->sum[2 * k];
-  float b = run->sum[2 * k + 1];
-  return square_root(a * a + b * b);
+  return amplitude_of(&run->sum[2 * k]);
 }
 
 /* --- measurements of the host, relative to the initial position --- */
@@ -422,7 +425,7 @@ static void judge_loop(commissioning *run) {
       return;
     }
   }
-  begin(run, SHAKE);
+  begin(run, PACE);
 }
 
 static void judge_ratio(commissioning *run) {
@@ -479,7 +482,7 @@ static void judge_travel(commissioning *run) {
     judge_ratio(run);
   } else {
     run->unchecked |= COMMISSIONING_UNCHECKED_OUTPUT;
-    begin(run, SHAKE);
+    begin(run, PACE);
   }
 }
 
@@ -510,6 +513,47 @@ static void travel(commissioning *run, const commissioning_input *now, const lm_
     next_part(run);
     if (run->part == COMMISSIONING_STOPS) {
       judge_travel(run);
+    }
+  }
+}
+
+/* The velocity that is fed forward makes the loop follow better than without it, if at all. */
+static void judge_pace(commissioning *run) {
+  const float before_rad[2] = {run->unfed_rad[0], run->unfed_rad[1]};
+  const float by_rad[2] = {run->sum[0] - before_rad[0], run->sum[1] - before_rad[1]};
+  const float error_rad2 = before_rad[0] * before_rad[0] + before_rad[1] * before_rad[1];
+  const float moved_rad = amplitude_of(by_rad);
+  run->found =
+      error_rad2 > 0 ? -(by_rad[0] * before_rad[0] + by_rad[1] * before_rad[1]) / error_rad2 : 0;
+  if (!(moved_rad > SEEN_NOISES * noise_rad(run) && size(run->found) > FEED_LEAST)) {
+    run->unchecked |= COMMISSIONING_UNCHECKED_RATES;
+    begin(run, SHAKE);
+  } else if (!within(run->found, 0, FEED_MOST)) {
+    end(run, COMMISSIONING_PACE);
+  } else {
+    begin(run, SHAKE);
+  }
+}
+
+/* First without the velocity: so small that the bound holds even if the motor does not follow. */
+static void pace(commissioning *run, const commissioning_input *now, commissioning_output *out) {
+  const float rad = PACE_SHARE * run->set.follow_bound_rad;
+  tone t = make_tone(run, run->set.shake_Hz, SHAKE_RAMP_CYCLES, SHAKE_CYCLES);
+  way at = sound(&t, run->set.parameters->limits.period_s, run->tick);
+  out->command_rad = rad * at.place;
+  out->velocity_rad_s = run->part ? rad * at.speed : 0;
+  out->acceleration_rad_s2 = rad * at.change;
+  if (is_whole(&t, run->tick)) {
+    listen(run, 0, &t, now->reported_rad - run->start_rad - run->command_rad);
+  }
+  run->tick += 1;
+  if (run->tick > t.length + ticks_of(run, SETTLE_S)) {
+    if (run->part == 0) {
+      run->unfed_rad[0] = run->sum[0];
+      run->unfed_rad[1] = run->sum[1];
+      next_part(run);
+    } else {
+      judge_pace(run);
     }
   }
 }
@@ -592,9 +636,8 @@ static void judge_feed(commissioning *run) {
   const float *const load_Nm = &run->sum[8];
   const float in_phase = -(load_Nm[0] * by_rad[0] + load_Nm[1] * by_rad[1]);
   const float early = -(load_Nm[0] * by_rad[1] - load_Nm[1] * by_rad[0]);
-  const float error_rad =
-      square_root(run->unfed_rad[0] * run->unfed_rad[0] + run->unfed_rad[1] * run->unfed_rad[1]);
-  const float moved_rad = square_root(by_rad[0] * by_rad[0] + by_rad[1] * by_rad[1]);
+  const float error_rad = amplitude_of(run->unfed_rad);
+  const float moved_rad = amplitude_of(by_rad);
   run->found = error_rad > 0 ? moved_rad / error_rad : 0;
   if (!(moved_rad > SEEN_NOISES * noise_rad(run) && run->found > FEED_LEAST)) {
     run->unchecked |= COMMISSIONING_UNCHECKED_FEED;
@@ -725,7 +768,6 @@ static void sweep(commissioning *run, const commissioning_input *now, commission
     }
     next_part(run);
     if (run->part == SWEEP_TONES && run->set.output_loop) {
-      run->unchecked |= COMMISSIONING_UNCHECKED_RATES;
       end(run, COMMISSIONING_NO_FAULT);
     } else if (run->part == SWEEP_TONES) {
       begin(run, RUSH);
@@ -834,6 +876,9 @@ commissioning_output commissioning_step(commissioning *run, const commissioning_
       case TRAVEL:
         travel(run, now, &shadow, &out);
         break;
+      case PACE:
+        pace(run, now, &out);
+        break;
       case SHAKE:
         shake(run, now, &shadow, &out);
         break;
@@ -927,6 +972,9 @@ const char *commissioning_sentence(commissioning_finding finding) {
       "The torque from the current differs between the directions of motion by more than the "
       "stated "
       "friction: check the sign of the current and of its constant, and friction and efficiency.",
+      "The velocity that is fed forward makes the motor follow worse: check its sign and unit "
+      "(rad/s of "
+      "the motor).",
   };
   return (unsigned)finding < COMMISSIONING_FINDINGS ? sentence[finding] : "unknown";
 }
@@ -939,7 +987,8 @@ const char *commissioning_unchecked(uint32_t *bits) {
       "A torque that is only computed: compare it with the current of the drive.",
       "Not checked: which encoder the position loop uses. More travel or load would show it.",
       "Not checked: an error of 1 in the ratio.",
-      "Not checked: size and sign of the rates that are fed forward.",
+      "Not checked: sign and size of the velocity that is fed forward: the motor follows as well "
+      "without it.",
       "Not checked: sign and scale of the torque that is fed forward. It hardly moved the motor: "
       "shake more or faster, state the inertia.",
   };

@@ -15,6 +15,8 @@
  *                                                           closes on; of a current: the velocity,
  *                                                           and whether friction cancels between
  *                                                           the directions (its sign)
+ *     pace       a small sine without and with the velocity sign of the velocity that is fed
+ *                that is fed forward                        forward
  *     shake      sine of shake_rad at shake_Hz              sign, scale and delay of the torque,
  *                                                           headroom
  *                the same with the torque of the command    sign and scale of the torque feed-forward
@@ -88,6 +90,7 @@ typedef enum commissioning_finding {
   COMMISSIONING_FEED_SCALE = 34,
   COMMISSIONING_VELOCITY = 35,
   COMMISSIONING_FRICTION = 36,
+  COMMISSIONING_PACE = 37,
   COMMISSIONING_FINDINGS /* number of findings */
 } commissioning_finding;
 
@@ -134,8 +137,8 @@ typedef struct commissioning_input {
 
 /* Outputs for the host in this tick. */
 typedef struct commissioning_output {
-  float command_rad; /* output angle, absolute as reported_rad */
-  float velocity_rad_s;
+  float command_rad;    /* output angle, absolute as reported_rad */
+  float velocity_rad_s; /* to be fed forward */
   float acceleration_rad_s2;
   lm_correction correction;      /* instead of the compensator's: angle, velocity, acceleration */
   int32_t stop;                  /* 1: stop as in an emergency, brake */
@@ -162,7 +165,7 @@ typedef struct commissioning {
   int32_t sensed; /* and compared with that of the command */
   int32_t started;
   int32_t fed;        /* second shake */
-  float unfed_rad[2]; /* error of the loop in the first one */
+  float unfed_rad[2]; /* error of the loop in the first one; in the first part of PACE */
   float start_rad, input_start_rad, output_start_rad;
   int32_t by_current;
   float turned_rad; /* integral of the velocity over the travel, forth and back */

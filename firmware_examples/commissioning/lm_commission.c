@@ -82,4 +82,5 @@ void lm_commission_step(lm_commission *c, lm_axis *a, lm_drive *d, const lm_cond
   }
   (void)lm_axis_guide(a, c->out.command_rad, &c->out.correction);
   a->guide_Nm = c->out.feed_Nm;
+  a->guide_rad_s = c->out.velocity_rad_s;
 }

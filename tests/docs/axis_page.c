@@ -139,7 +139,8 @@ void planner_shift(float by_rad) {
 #if KIND == 0
 int loop_on, loop_fault;
 static float velocity_rad_s;
-static float turning_sign = 1; /* of its measurement */
+static float turning_sign = 1;          /* of its measurement */
+static float rate_rad_s, rate_sign = 1; /* fed forward */
 
 float motor_rad(void) {
   return lost ? LM_UNKNOWN : reading_rad() * RATIO;
@@ -183,8 +184,9 @@ void position_loop(float at_rad, float feed_rad_s, float torque_Nm) {
   const float step_rad = at_rad / RATIO - setpoint_rad;
   const float off_rad = size(step_rad - feed_rad_s / RATIO * PERIOD_S);
   rate_off_rad =
-      on && a->state >= LM_AXIS_PAUSED && off_rad > rate_off_rad ? off_rad : rate_off_rad;
+      on && a->state == LM_AXIS_CLOSED && off_rad > rate_off_rad ? off_rad : rate_off_rad;
   setpoint_rad = at_rad / RATIO;
+  rate_rad_s = rate_sign * feed_rad_s / RATIO;
   feed_Nm = fed_times * torque_Nm * RATIO;
 }
 
@@ -279,7 +281,11 @@ static void move(void) {
   } else if (braked_s < CLOSES_S && on) {
     const float yields_rad = (load_Nm + feed_Nm + integral_Nm) / STIFFNESS;
     integral_Nm += (setpoint_rad - motor_over_ratio_rad) * STIFFNESS * PERIOD_S / INTEGRAL_S;
+#if KIND == 0
+    motor_over_ratio_rad += rate_rad_s * PERIOD_S;
+#else
     motor_over_ratio_rad += setpoint_rad - followed_rad;
+#endif
     motor_over_ratio_rad +=
         (ordered ? follows : 1) * LAG * (setpoint_rad + yields_rad - motor_over_ratio_rad);
   } else if (braked_s < CLOSES_S) {
@@ -511,7 +517,8 @@ static int commission_it(void) {
   while (commissioning_unchecked(&bits)) {
     ++sentences;
   }
-  if (sentences != (KIND == 2 ? 2 : 1) || bits) { /* no encoder at the output, and the torque */
+  /* No encoder at the output; its drive derives the velocity; the torque. */
+  if (sentences != KIND + 1 || bits) {
     return 29;
   }
   if (KIND != 2) { /* a measured torque with the wrong sign, without an encoder at the output */
@@ -534,6 +541,16 @@ static int commission_it(void) {
   turning_sign = 1;
   if (test.out.finding != COMMISSIONING_VELOCITY) {
     return 32;
+  }
+  run = 0;
+  (void)seconds(2);
+  rate_sign = -1;
+  (void)commission();
+  run = 1;
+  (void)seconds(30);
+  rate_sign = 1;
+  if (test.out.finding != COMMISSIONING_PACE) {
+    return 33;
   }
   run = 0;
 #endif

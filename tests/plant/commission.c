@@ -165,6 +165,8 @@ typedef enum fault {
   CURRENT_SIGN,
   SPEED_SIGN,
   SPEED_OUTPUT,
+  PACE_SIGN,
+  OUTPUT_PACE,
   FAULTS
 } fault;
 
@@ -217,6 +219,8 @@ static const struct {
     {"motor current with the wrong sign", COMMISSIONING_FRICTION, 0},
     {"its velocity with the wrong sign", COMMISSIONING_VELOCITY, 0},
     {"its velocity that of the output", COMMISSIONING_VELOCITY, 0},
+    {"velocity fed forward with the wrong sign", COMMISSIONING_PACE, 0},
+    {"loop on the output, the same", COMMISSIONING_PACE, 1},
 };
 
 /* The drive around the joint: cascade on the motor encoder, feed-forward. */
@@ -234,7 +238,7 @@ typedef struct host {
 /* The position loop closes on the output, and that is stated. */
 static int is_output_loop(fault wrong) {
   return wrong == OUTPUT_SOUND || wrong == OUTPUT_ADDED || wrong == OUTPUT_REPORTED ||
-         wrong == OUTPUT_TORQUE_SIGN;
+         wrong == OUTPUT_TORQUE_SIGN || wrong == OUTPUT_PACE;
 }
 
 /* Motor angle of the host, referred to the output. */
@@ -329,6 +333,7 @@ static double host_push(host *h, const plant *joint, const commissioning_output 
     h->off_rad += (1 - exp(-20 * a->period_s)) * (joint->twist_rad - h->off_rad);
     error_rad -= h->off_rad;
   }
+  feed_rad_s *= h->wrong == PACE_SIGN || h->wrong == OUTPUT_PACE ? -1 : 1;
   h->speed_rad_s += share * ((measured_rad - h->last_rad) / a->period_s - h->speed_rad_s);
   h->last_rad = measured_rad;
   h->wish_rad_s += share * (feed_rad_s - h->wish_rad_s);

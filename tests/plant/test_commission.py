@@ -16,7 +16,7 @@ from lostmotion.cli import main
 
 SOUND = 200
 FAULTY = [*range(8), 28]  # 28: a torque fed forward reaches the bound of the sensed one
-FAULTS = 43  # in commission.c
+FAULTS = 45  # in commission.c
 
 
 @pytest.fixture(scope="module")
