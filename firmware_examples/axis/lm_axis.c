@@ -520,6 +520,7 @@ static void step(lm_axis *a, const lm_conditions *at, float motor_over_ratio_rad
     a->waits = LM_AXIS_READY;
     a->unseen = a->unseen && (a->source_lost || size(a->off_Nm) > 0);
     find_stillness(a, motor_over_ratio_rad);
+    a->unwatched_s += a->follow.period_s;
     a->late_s = size(a->follow.late_rad) >= LM_FOLLOW_NEAR_RAD ? a->late_s + a->follow.period_s : 0;
     if (a->late_s > a->follow.stand_s) { /* it does not shift: at rest it begins at the command */
       (void)lm_axis_pause(a);
@@ -725,6 +726,13 @@ void lm_axis_turn(lm_axis *a, float by_rad) {
     a->seen_rad += by_rad;
     a->command_rad += by_rad;
     a->follow.rest_rad += by_rad;
+  }
+}
+
+void lm_axis_watch(lm_axis *a, float output_rad) {
+  if (a->state == LM_AXIS_CLOSED && a->lost_ticks == 0 && a->unwatched_s > 0 && !a->output_loop) {
+    lm_watch_output(&a->compensator, output_rad - a->motor_rad, a->unwatched_s);
+    a->unwatched_s = 0;
   }
 }
 

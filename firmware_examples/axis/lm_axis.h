@@ -138,6 +138,7 @@ typedef struct lm_axis {
   float creep_Nm_s;
   float gravity_Nm;  /* last known one */
   int homed;         /* of lm_axis_gravity */
+  float unwatched_s; /* in LM_AXIS_CLOSED since lm_axis_watch */
   float late_s;      /* for which the planner has not shifted with the zero */
   float step_Nm;     /* of gravity, that no motion makes */
   int unfeeds;       /* lm_drive: the feed-forward ends: another mode may ignore it */
@@ -279,6 +280,12 @@ float lm_axis_index(lm_axis *a, float latched_rad, float index_rad);
  * motor_rad, command and planner (by_rad: -2 pi, for example). Call it before the tick
  * with the new angles. */
 void lm_axis_turn(lm_axis *a, float by_rad);
+
+/* lm_watch_output with an encoder at the output, read at the same instant as motor_rad of the last
+ * tick, after it, in every tick or less often. Its own zero; not wrapped, but turned as the motor
+ * (lm_axis_turn). Nothing while the axis is not LM_AXIS_CLOSED, without the angle of the motor, and
+ * in a loop on that encoder, where motor_rad is no motor's. */
+void lm_axis_watch(lm_axis *a, float output_rad);
 
 /* Actual output angle. */
 float lm_axis_reported(const lm_axis *a, float motor_rad);

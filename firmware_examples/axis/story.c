@@ -21,6 +21,7 @@
 #define CREEP_TICKS 2000
 #define CREEP_NM 0.06f /* in that time: of 60 N m in LM_AXIS_CREEP_S */
 #define FEED_TICKS 200
+#define WATCH_TICKS 1000
 #define STEP_NM 0.31f /* in a tick: 60 N m times LM_AXIS_FAST_RAD_S */
 
 /* A motor current: what it adds to the torque of the command, what friction at rest can hide of
@@ -374,6 +375,22 @@ static int forget_shift(joint *j) {
   }
   return size(j->motor_rad - before_rad) > STILL_RAD ||
          size(j->wish_rad - stays_rad - 0.3f) > ARRIVED_RAD;
+}
+
+/* Whether the watch fades the correction out within 20 load cycles; the axis stays as it is. */
+static int fades(const joint *j, float twist_sign) {
+  static joint c;
+  int k;
+  c = *j;
+  for (k = 0; k < 20 * 4 * WATCH_TICKS; ++k) {
+    const float load_Nm = (float)(k % (2 * WATCH_TICKS)) * 60 / WATCH_TICKS;
+    const float torque_Nm = LOAD_NM + (load_Nm < 60 ? load_Nm : 120 - load_Nm);
+    run(&c, 1, torque_Nm, 0);
+    if (k % 3 == 0) { /* not in every tick */
+      lm_axis_watch(&c.drive, c.motor_rad + twist_sign * c.twist_rad + 0.3f);
+    }
+  }
+  return (c.drive.correction.status & LM_STATE_FADED) != 0;
 }
 
 /* The planner at rest within NEAR_RAD of the command, by beside_rad when the axis is closed. */
@@ -1052,6 +1069,9 @@ int axis_story(float *most_rad) {
   if (lose_measurement(&j, 0) || lose_measurement(&j, 1) || wander(&j) || weigh(&j) ||
       shift_gravity(&j)) {
     return 18;
+  }
+  if (fades(&j, 1) || !fades(&j, -1)) {
+    return 36;
   }
   if (confuse_planner(&j) || forget_shift(&j)) {
     return 19;
