@@ -3,9 +3,9 @@
 #define LOSTMOTION_TESTS_EXPECT_H
 
 #include <math.h>
-#include <unity.h>
 
 #include "lostmotion/status.h"
+#include "test.h"
 
 #define DEG 0.017453292519943295
 #define ARCSEC 4.84813681109536e-6

@@ -22,9 +22,11 @@ for bits in 64 32; do
   objects=''
   for module in curve play effects elementary model parameters torque compensator status; do
     program=$folder/$module$bits
+    cmake -D source="$root/tests/c/test_$module.c" -D runner="$program.c" \
+      -P "$root/tests/cmake/Runner.cmake"
     # shellcheck disable=SC2086
     "$clang" $flags -I "$root/lib/include" -I "$root/lib" -I "$UNITY_SRC_DIR" \
-      "$root/tests/c/test_$module.c" "$folder"/*.o -lm -o "$program"
+      "$root/tests/c/test_$module.c" "$program.c" "$folder"/*.o -lm -o "$program"
     LLVM_PROFILE_FILE="$program.profraw" "$program" >"$program.log" || {
       tail -n 20 "$program.log"
       exit 1

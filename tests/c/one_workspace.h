@@ -2,9 +2,8 @@
 #ifndef LOSTMOTION_TESTS_ONE_WORKSPACE_H
 #define LOSTMOTION_TESTS_ONE_WORKSPACE_H
 
-#include <unity.h>
-
 #include "archive.h"
+#include "test.h"
 #include "workspace.h"
 
 static lm_problem problem;

@@ -8,9 +8,9 @@
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unity.h>
 
 #include "lostmotion/drive.h"
+#include "test.h"
 
 #define DEGREE (LM_PI / LM_REAL(180))
 #define ARCMIN (LM_PI / LM_REAL(10800))

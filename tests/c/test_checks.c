@@ -1,8 +1,7 @@
 #include "lostmotion/checks.h"
 
-#include <unity.h>
-
 #include "reference_drives.h"
+#include "test.h"
 
 static lm_mesh meshes[LM_SECTIONS_MAX];
 static lm_check checks[LM_CHECK_COUNT];
@@ -31,14 +30,14 @@ static void run(const lm_drive *drive, int sections) {
 }
 
 /* check_values.md, reference drive A: r_l1 = 25.5370 for z = 200, x = 3, m = 0.25. */
-static void rack_form_radius_of_the_reference(void) {
+TEST(rack_form_radius_of_the_reference) {
   const lm_drive a = reference_a();
   ASSERT_NEAR(5e-5, 25.5370, lm_rack_form_radius(&a.teeth, 200, a.teeth.flexspline_shift));
 }
 
 /* Radii of check_values.md, reference drive A: r_a1 25.85, r_a2 25.7875, r_f1 25.4125, w0 0.2375,
  * |w(90 deg)| 1.04376. */
-static void radial_margins_of_the_reference(void) {
+TEST(radial_margins_of_the_reference) {
   const lm_drive a = completed(reference_a());
   run(&a, 1);
   ASSERT_NEAR(1e-4, 25.7875 - 0.2375, checks[LM_CHECK_FORM_RADIUS].value);
@@ -53,7 +52,7 @@ static void radial_margins_of_the_reference(void) {
 
 /* The tip of a rack-cut tooth: 2 r (pi/2z + 2 x tan a / z + inv a - inv acos(r_b / r)), and of an
  * internal tooth the pitch minus the space, computed in double here. */
-static void tip_thickness_of_both_gears(void) {
+TEST(tip_thickness_of_both_gears) {
   const lm_drive a = completed(reference_a());
   const double alpha = 20.0 * 3.14159265358979323846 / 180.0;
   const double inv = tan(alpha) - alpha;
@@ -72,7 +71,7 @@ static void tip_thickness_of_both_gears(void) {
 /* tau = 30 MPa at 40 N m with a wall of 0.35 (check_values.md, limits of a design, r_m 24.7 there;
  * at r_m 25.1125 by the same formula 28.8). sigma of two discs by the formula with |k|max = 3.165
  * at 90 deg. */
-static void stresses_of_the_reference(void) {
+TEST(stresses_of_the_reference) {
   lm_drive a = reference_a();
   double sigma;
   double tension;
@@ -98,7 +97,7 @@ static void stresses_of_the_reference(void) {
 }
 
 /* The scan finds the same as a scan fifty times finer. */
-static void smallest_gap_is_the_smallest_over_all_angles_and_phases(void) {
+TEST(smallest_gap_is_the_smallest_over_all_angles_and_phases) {
   const lm_generator_type types[] = {LM_COSINE, LM_DISCS, LM_ROLLERS, LM_ELLIPSE};
   int t;
   for (t = 0; t < 4; t++) {
@@ -124,7 +123,7 @@ static void smallest_gap_is_the_smallest_over_all_angles_and_phases(void) {
 }
 
 /* The clearances of a sweep give the same as the scan, in every section. */
-static void smallest_gap_from_a_sweep(void) {
+TEST(smallest_gap_from_a_sweep) {
   static lm_clearance swept[3][LM_SWEEP_COUNT(202, 8)];
   const lm_clearance *const table[] = {swept[0], swept[1], swept[2]};
   lm_drive drives[2];
@@ -163,7 +162,7 @@ static void smallest_gap_from_a_sweep(void) {
 }
 
 /* A shallow mesh of an elliptical cam that is nearest on the backward flank beyond the axis. */
-static void smallest_gap_may_lie_on_the_backward_flank(void) {
+TEST(smallest_gap_may_lie_on_the_backward_flank) {
   lm_drive a = reference_a();
   lm_real least = LM_REAL(1);
   int i;
@@ -193,7 +192,7 @@ static void smallest_gap_may_lie_on_the_backward_flank(void) {
 
 /* check_values.md, axial sections: the open end, where the wave is higher by 11 %, collides by 1.33
  * arcmin near the axis, the inner end by 1.04 near 53 deg. */
-static void ends_of_a_short_cup_collide(void) {
+TEST(ends_of_a_short_cup_collide) {
   lm_drive a = reference_a();
   a.flexspline.length_mm = LM_REAL(10 / 0.22);
   prepare(&a, 3);
@@ -207,7 +206,7 @@ static void ends_of_a_short_cup_collide(void) {
 }
 
 /* The widest section sets every margin of a spatial drive. */
-static void spatial_margins_are_the_narrowest(void) {
+TEST(spatial_margins_are_the_narrowest) {
   const lm_drive a = completed(reference_a());
   lm_check planar[LM_CHECK_COUNT];
   int i;
@@ -224,7 +223,7 @@ static void spatial_margins_are_the_narrowest(void) {
 /* check_values.md, reference drive E: r_ar = r_fr + h m, r_af = r_ar + w0 - h_d m, r_ff = r_ar + w0
  * + 0.2 m.
  */
-static void external_margins(void) {
+TEST(external_margins) {
   const lm_drive e = completed(reference_e());
   const double root = 0.25 * (100 + 3.05 - 1 - 0.35);
   const double tip = root + 1.75 * 0.25;
@@ -242,7 +241,7 @@ static void external_margins(void) {
 
 /* A short cup opens by 26 % at its edge, 0.062 mm; the root that no rack cuts is deeper by that, so
  * that 0.2 modules stay. */
-static void the_free_root_is_as_deep_as_the_widest_section_needs(void) {
+TEST(the_free_root_is_as_deep_as_the_widest_section_needs) {
   lm_drive drives[2];
   int i;
   drives[0] = reference_a();
@@ -261,7 +260,7 @@ static void the_free_root_is_as_deep_as_the_widest_section_needs(void) {
 }
 
 /* At the end of the overlap tip meets tip: the gap is finite there, and infinite just beyond. */
-static void the_end_of_the_overlap_is_found(void) {
+TEST(the_end_of_the_overlap_is_found) {
   lm_drive drives[2];
   int i;
   int forward;
@@ -291,7 +290,7 @@ static void the_end_of_the_overlap_is_found(void) {
   }
 }
 
-static void every_check_has_a_name_and_a_unit(void) {
+TEST(every_check_has_a_name_and_a_unit) {
   int i;
   int j;
   for (i = 0; i < LM_CHECK_COUNT; i++) {
@@ -307,7 +306,7 @@ static void every_check_has_a_name_and_a_unit(void) {
   TEST_ASSERT_EQUAL_STRING("", lm_check_unit(LM_CHECK_COUNT));
 }
 
-static void nonsense_is_refused_and_nothing_written(void) {
+TEST(nonsense_is_refused_and_nothing_written) {
   lm_drive a = completed(reference_a());
   lm_smallest_gap kept;
   run(&a, 1);
@@ -333,7 +332,7 @@ static void nonsense_is_refused_and_nothing_written(void) {
 }
 
 /* A rigid tip raised beyond the reach of the flexspline: teeth that never overlap. */
-static void teeth_that_never_meet_have_no_smallest_gap(void) {
+TEST(teeth_that_never_meet_have_no_smallest_gap) {
   const lm_drive a = completed(reference_a());
   prepare(&a, 1);
   meshes[0].polar_low_mm = LM_REAL(30);
@@ -341,7 +340,7 @@ static void teeth_that_never_meet_have_no_smallest_gap(void) {
   TEST_ASSERT_EQUAL_STRING("teeth.engagement_depth", fault.input);
 }
 
-static void a_face_that_is_none_is_refused(void) {
+TEST(a_face_that_is_none_is_refused) {
   const lm_drive drive = completed(reference_a());
   TEST_ASSERT_EQUAL(LM_NULL, lm_find_face_gap(0, 64, 8, meshes, &smallest, &fault));
   TEST_ASSERT_EQUAL(LM_NULL, lm_find_face_gap(&drive, 64, 8, 0, &smallest, &fault));
@@ -361,7 +360,7 @@ static void a_face_that_is_none_is_refused(void) {
 
 /* A wave that hardly enters the teeth of a short, wide cup: between the edges the smallest gap is
  * below that of both, and all numbers of sections have it. */
-static void the_smallest_gap_may_be_inside_the_face(void) {
+TEST(the_smallest_gap_may_be_inside_the_face) {
   lm_drive drive = reference_a();
   double places[41];
   lm_smallest_gap one;
@@ -391,26 +390,4 @@ static void the_smallest_gap_may_be_inside_the_face(void) {
     ASSERT_NEAR(BOUND(1e-3, 1e-2), places[lowest], in_arcmin(one.gap_rad));
     ASSERT_NEAR(0.05, lowest / 40.0, one.place);
   }
-}
-
-int main(void) {
-  UNITY_BEGIN();
-  RUN_TEST(rack_form_radius_of_the_reference);
-  RUN_TEST(radial_margins_of_the_reference);
-  RUN_TEST(tip_thickness_of_both_gears);
-  RUN_TEST(stresses_of_the_reference);
-  RUN_TEST(smallest_gap_is_the_smallest_over_all_angles_and_phases);
-  RUN_TEST(smallest_gap_from_a_sweep);
-  RUN_TEST(smallest_gap_may_lie_on_the_backward_flank);
-  RUN_TEST(ends_of_a_short_cup_collide);
-  RUN_TEST(spatial_margins_are_the_narrowest);
-  RUN_TEST(external_margins);
-  RUN_TEST(the_free_root_is_as_deep_as_the_widest_section_needs);
-  RUN_TEST(the_end_of_the_overlap_is_found);
-  RUN_TEST(every_check_has_a_name_and_a_unit);
-  RUN_TEST(nonsense_is_refused_and_nothing_written);
-  RUN_TEST(teeth_that_never_meet_have_no_smallest_gap);
-  RUN_TEST(a_face_that_is_none_is_refused);
-  RUN_TEST(the_smallest_gap_may_be_inside_the_face);
-  return UNITY_END();
 }

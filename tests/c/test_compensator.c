@@ -1,9 +1,9 @@
 #include "lostmotion/compensator.h"
 
 #include <math.h>
-#include <unity.h>
 
 #include "size20.h"
+#include "test.h"
 
 static lm_parameters parameters;
 static lm_compensator joint;
@@ -40,7 +40,7 @@ static lm_correction rest(lm_real torque_Nm, int ticks) {
 }
 
 /* Memory that a fault has changed: no number in the limiter leads beyond the position limit. */
-static void a_corrupted_velocity_stays_within_the_position_limit(void) {
+TEST(a_corrupted_velocity_stays_within_the_position_limit) {
   lm_correction now = rest(10, 500);
   joint.velocity_rad_s = LM_REAL(1e3);
   now = step(10);
@@ -48,7 +48,7 @@ static void a_corrupted_velocity_stays_within_the_position_limit(void) {
   TEST_ASSERT_TRUE(now.status & LM_STATE_POSITION_LIMITED);
 }
 
-static void at_rest_the_correction_takes_the_lost_motion_out(void) {
+TEST(at_rest_the_correction_takes_the_lost_motion_out) {
   lm_correction now = rest(10, 2000);
   TEST_ASSERT_TRUE(now.lost_motion_rad > LM_REAL(4e-4));
   TEST_ASSERT_TRUE(distance(now.correction_rad, -now.lost_motion_rad) < LM_REAL(2e-8));
@@ -58,7 +58,7 @@ static void at_rest_the_correction_takes_the_lost_motion_out(void) {
 
 /* The slope of the torsion curve with its friction is constant while a torque rises between two
  * knots: the target moves at a constant rate and must be followed without lag. */
-static void a_steady_rate_is_followed_without_lag(void) {
+TEST(a_steady_rate_is_followed_without_lag) {
   lm_correction now = rest(8, 1000);
   int i;
   for (i = 0; i < 1500; ++i) {
@@ -116,7 +116,7 @@ static lm_headroom own_limits(void) {
   return most;
 }
 
-static void no_limit_is_ever_passed(void) {
+TEST(no_limit_is_ever_passed) {
   static const lm_real response[] = {5, 20, LM_REAL(62.5)};
   static const lm_real narrowing[] = {1, LM_REAL(0.1), LM_REAL(0.001)};
   int r;
@@ -135,7 +135,7 @@ static void no_limit_is_ever_passed(void) {
   }
 }
 
-static void headroom_narrows_and_never_widens(void) {
+TEST(headroom_narrows_and_never_widens) {
   lm_headroom room = own_limits();
   lm_real zero = 0;
   room.correction_rad *= LM_REAL(0.1);
@@ -153,7 +153,7 @@ static void headroom_narrows_and_never_widens(void) {
   check_limits(own_limits(), 20000);
 }
 
-static void no_headroom_means_no_motion(void) {
+TEST(no_headroom_means_no_motion) {
   lm_headroom none;
   lm_real zero = 0;
   none.correction_rad = 1;
@@ -193,7 +193,7 @@ static lm_correction check_ending(lm_headroom most, int ticks) {
 
 /* A host without headroom during any motion: the velocity once grew as long as there was no
  * headroom, because the acceleration was kept. */
-static void a_motion_without_headroom_comes_to_rest(void) {
+TEST(a_motion_without_headroom_comes_to_rest) {
   static const lm_real jerk_rad_s3[] = {0, 1, 100};
   int moment;
   int k;
@@ -216,7 +216,7 @@ static void a_motion_without_headroom_comes_to_rest(void) {
   }
 }
 
-static void headroom_too_short_to_stop_is_reported(void) {
+TEST(headroom_too_short_to_stop_is_reported) {
   lm_headroom none = {0, 0, 0, 0};
   int k;
   rest(70, 5);
@@ -232,7 +232,7 @@ static void headroom_too_short_to_stop_is_reported(void) {
 
 /* Narrower limits arrive while the correction is beyond them, or moves faster than they permit: it
  * once jumped to the new limit within one tick. */
-static void narrower_parameters_are_approached_without_a_jump(void) {
+TEST(narrower_parameters_are_approached_without_a_jump) {
   lm_parameters narrow = parameters;
   lm_headroom most = own_limits();
   int moment;
@@ -250,7 +250,7 @@ static void narrower_parameters_are_approached_without_a_jump(void) {
   }
 }
 
-static void a_narrower_position_is_approached_without_a_jump(void) {
+TEST(a_narrower_position_is_approached_without_a_jump) {
   lm_headroom room = own_limits();
   lm_correction before = rest(40, 3000);
   int i;
@@ -266,7 +266,7 @@ static void a_narrower_position_is_approached_without_a_jump(void) {
   TEST_ASSERT_TRUE(before.status & LM_STATE_POSITION_LIMITED);
 }
 
-static void a_step_is_approached_without_overshoot(void) {
+TEST(a_step_is_approached_without_overshoot) {
   int i;
   lm_correction now = step(30);
   for (i = 0; i < 4000; ++i) {
@@ -276,7 +276,7 @@ static void a_step_is_approached_without_overshoot(void) {
   TEST_ASSERT_TRUE(distance(now.correction_rad, -now.lost_motion_rad) < LM_REAL(1e-7));
 }
 
-static void binding_limits_are_reported(void) {
+TEST(binding_limits_are_reported) {
   uint32_t seen = 0;
   int i;
   parameters.limits.velocity_rad_s = LM_REAL(1e-3);
@@ -292,7 +292,7 @@ static void binding_limits_are_reported(void) {
   TEST_ASSERT_TRUE(step(100).status & LM_STATE_TORQUE_CLIPPED);
 }
 
-static void holding_stays_and_resetting_moves_to_zero_while_the_memory_follows(void) {
+TEST(holding_stays_and_resetting_moves_to_zero_while_the_memory_follows) {
   lm_correction held = rest(30, 2000);
   lm_compensator other;
   lm_set_mode(&joint, LM_MODE_HOLD);
@@ -317,7 +317,7 @@ static void holding_stays_and_resetting_moves_to_zero_while_the_memory_follows(v
 
 /* Stop, abort, re-homing, new parameters and power-down at random moments: the history is that of a
  * model without interruption. */
-static void nothing_that_the_host_does_loses_the_history(void) {
+TEST(nothing_that_the_host_does_loses_the_history) {
   lm_memory undisturbed = joint.memory;
   lm_parameters same = parameters;
   lm_saved saved;
@@ -396,7 +396,7 @@ static void check_uncertainty(void) {
   }
 }
 
-static void the_uncertainty_bounds_the_truth_and_shrinks_to_nothing(void) {
+TEST(the_uncertainty_bounds_the_truth_and_shrinks_to_nothing) {
   check_uncertainty();
   put_friction_inside(&parameters);
   check_uncertainty();
@@ -404,7 +404,7 @@ static void the_uncertainty_bounds_the_truth_and_shrinks_to_nothing(void) {
   check_uncertainty();
 }
 
-static void a_known_start_has_no_uncertainty(void) {
+TEST(a_known_start_has_no_uncertainty) {
   TEST_ASSERT_TRUE(lm_bound_uncertainty(&joint) > LM_REAL(1e-5));
   lm_declare_memory_known(&joint);
   TEST_ASSERT_TRUE(lm_bound_uncertainty(&joint) == 0);
@@ -413,7 +413,7 @@ static void a_known_start_has_no_uncertainty(void) {
 
 /* The truth bears a load that no step contains, and returns from it: the bound contains that, and
  * nothing moves. */
-static void a_history_may_become_unknown_again(void) {
+TEST(a_history_may_become_unknown_again) {
   int trial;
   for (trial = 0; trial < 100; ++trial) {
     lm_memory truth;
@@ -451,7 +451,7 @@ static void a_history_may_become_unknown_again(void) {
   }
 }
 
-static void a_change_of_parameters_makes_no_step(void) {
+TEST(a_change_of_parameters_makes_no_step) {
   lm_parameters other = size20();
   lm_correction before = rest(20, 2000);
   lm_real first;
@@ -478,7 +478,7 @@ static void a_change_of_parameters_makes_no_step(void) {
 
 /* Wider bands: the old ones do not determine the position of a play in them, for any swing of the
  * load before. The truth is a model that always had the new bands. */
-static void a_change_of_bands_makes_the_memory_unknown(void) {
+TEST(a_change_of_bands_makes_the_memory_unknown) {
   lm_parameters wider = parameters;
   lm_memory truth;
   lm_play play[4];
@@ -519,7 +519,7 @@ static void a_change_of_bands_makes_the_memory_unknown(void) {
 }
 
 /* Change of only the radius, the widening, the envelope or its knee. */
-static void any_other_band_counts(void) {
+TEST(any_other_band_counts) {
   int i;
   for (i = 0; i < 4; ++i) {
     lm_parameters other;
@@ -538,7 +538,7 @@ static void any_other_band_counts(void) {
   }
 }
 
-static void a_saved_history_is_taken_up_again(void) {
+TEST(a_saved_history_is_taken_up_again) {
   lm_saved saved;
   lm_compensator next;
   rest(40, 10);
@@ -555,7 +555,7 @@ static void a_saved_history_is_taken_up_again(void) {
 }
 
 /* Cold grease has widened the bands: the operators are at the positions by the wide bands. */
-static void a_history_of_wide_bands_is_taken_up_again(void) {
+TEST(a_history_of_wide_bands_is_taken_up_again) {
   lm_saved saved;
   lm_memory kept;
   add_effect(&parameters, &lm_effect_thermal_friction, LM_REAL(0.03), 0);
@@ -569,7 +569,7 @@ static void a_history_of_wide_bands_is_taken_up_again(void) {
   TEST_ASSERT_EQUAL_MEMORY(&kept, &joint.memory, sizeof kept);
 }
 
-static void a_saved_history_that_does_not_belong_is_refused(void) {
+TEST(a_saved_history_that_does_not_belong_is_refused) {
   lm_saved saved;
   lm_memory kept;
   size_t i;
@@ -621,13 +621,13 @@ static lm_correction swing(double seconds, lm_real truth) {
   return now;
 }
 
-static void the_watch_lets_a_model_work_that_fits(void) {
+TEST(the_watch_lets_a_model_work_that_fits) {
   lm_correction now = swing(8, 1);
   TEST_ASSERT_EQUAL(0, now.status & (LM_STATE_FADED | LM_STATE_MISFIT));
   TEST_ASSERT_TRUE(joint.gain == 1);
 }
 
-static void the_watch_fades_a_model_out_that_makes_it_worse(void) {
+TEST(the_watch_fades_a_model_out_that_makes_it_worse) {
   lm_correction now = swing(8, -1);
   TEST_ASSERT_TRUE(now.status & LM_STATE_FADED);
   TEST_ASSERT_TRUE(now.status & LM_STATE_MISFIT);
@@ -638,7 +638,7 @@ static void the_watch_fades_a_model_out_that_makes_it_worse(void) {
   TEST_ASSERT_EQUAL(0, now.status & (LM_STATE_FADED | LM_STATE_MISFIT));
 }
 
-static void the_watch_takes_noise_for_noise(void) {
+TEST(the_watch_takes_noise_for_noise) {
   int i;
   for (i = 0; i < 2000; ++i) {
     lm_correction now = step(0);
@@ -650,7 +650,7 @@ static void the_watch_takes_noise_for_noise(void) {
 
 /* At rest under load the measurement is only its noise, for any result of the model: here five
  * times the noise of the parameters. */
-static void the_watch_leaves_a_rest_alone_however_noisy_the_encoder(void) {
+TEST(the_watch_leaves_a_rest_alone_however_noisy_the_encoder) {
   lm_real most_rad = 5 * LM_REAL(1.7320508) * parameters.watch.noise_rad;
   int i;
   (void)rest(20, 3000);
@@ -661,7 +661,7 @@ static void the_watch_leaves_a_rest_alone_however_noisy_the_encoder(void) {
   }
 }
 
-static void the_watch_ignores_nonsense_and_reports_it(void) {
+TEST(the_watch_ignores_nonsense_and_reports_it) {
   lm_real zero = 0;
   static const int cases = 5;
   int i;
@@ -682,7 +682,7 @@ static void the_watch_ignores_nonsense_and_reports_it(void) {
   }
 }
 
-static void inputs_that_are_not_finite_change_nothing(void) {
+TEST(inputs_that_are_not_finite_change_nothing) {
   lm_real zero = 0;
   lm_correction before = rest(20, 3000);
   lm_correction now = step(zero / zero);
@@ -713,7 +713,7 @@ static lm_real nothing_of(const lm_real *value, lm_real *own, const lm_condition
 
 /* Each condition by itself that an effect needs: not finite, beyond its range, not set. Conditions
  * that no effect needs are not examined. */
-static void a_condition_that_means_nothing_is_refused(void) {
+TEST(a_condition_that_means_nothing_is_refused) {
   static const uint32_t needs[] = {
       LM_CONDITION_LIST(OF_STEP, NEED_OF_OTHER, NEED_OF_OTHER, NEED_OF_OTHER)};
   lm_real *condition[] = {LM_CONDITION_LIST(OF_STEP, OTHER, OTHER, OTHER)};
@@ -751,7 +751,7 @@ static void a_condition_that_means_nothing_is_refused(void) {
 }
 
 /* A host that does not wrap its angles is informed before the waves jump, for any order. */
-static void an_angle_of_many_turns_is_refused_before_the_waves_jump(void) {
+TEST(an_angle_of_many_turns_is_refused_before_the_waves_jump) {
   static const lm_effect *const waves[] = {
       &lm_effect_kinematic_error, &lm_effect_kinematic_sideband, &lm_effect_lobe_eccentricity,
       &lm_effect_stiffness_modulation, &lm_effect_output_eccentricity};
@@ -792,7 +792,7 @@ static lm_correction tell(const lm_conditions *told, int ticks) {
   return now;
 }
 
-static void a_tick_whose_length_is_not_given_lasts_one_period(void) {
+TEST(a_tick_whose_length_is_not_given_lasts_one_period) {
   lm_conditions told = LM_CONDITIONS_UNKNOWN;
   lm_conditions timed = LM_CONDITIONS_UNKNOWN;
   lm_conditions nonsense = LM_CONDITIONS_UNKNOWN;
@@ -829,7 +829,7 @@ static lm_real broken(const lm_real *value, lm_real *own, const lm_conditions *n
 static const lm_effect broken_effect = {3u,     LM_EFFECT_ANGLE, 1,   0, LM_NEEDS_TORQUE,
                                         broken, {{-1, 1}},       NULL};
 
-static void a_users_effect_that_breaks_is_contained(void) {
+TEST(a_users_effect_that_breaks_is_contained) {
   lm_correction before = rest(20, 3000);
   lm_correction now;
   add_effect(&parameters, &broken_effect, 1, 0);
@@ -839,7 +839,7 @@ static void a_users_effect_that_breaks_is_contained(void) {
   TEST_ASSERT_TRUE(distance(now.correction_rad, before.correction_rad) < LM_REAL(1e-6));
 }
 
-static void bad_parameters_do_not_start(void) {
+TEST(bad_parameters_do_not_start) {
   TEST_ASSERT_EQUAL(LM_NULL, lm_start_compensator(NULL, &parameters, 0, &fault));
   TEST_ASSERT_EQUAL(LM_NULL, lm_start_compensator(&joint, NULL, 0, &fault));
   parameters.format = 0;
@@ -849,7 +849,7 @@ static void bad_parameters_do_not_start(void) {
 
 /* Null, zeroed, and of any bytes after a refused start: nothing is corrected, and nothing is read
  * or written through a null pointer. */
-static void an_instance_that_was_not_started_corrects_nothing(void) {
+TEST(an_instance_that_was_not_started_corrects_nothing) {
   static lm_compensator zeroed;
   lm_compensator refused;
   lm_compensator *every[3];
@@ -893,7 +893,7 @@ static void an_instance_that_was_not_started_corrects_nothing(void) {
 }
 
 /* Power-up under load: the correction is at its target at once, and nothing moves from then on. */
-static void a_settled_start_moves_nothing(void) {
+TEST(a_settled_start_moves_nothing) {
   lm_correction now;
   int i;
   TEST_ASSERT_EQUAL(LM_OK, lm_start_compensator(&joint, &parameters, 30, &fault));
@@ -918,7 +918,7 @@ static void a_settled_start_moves_nothing(void) {
   TEST_ASSERT_TRUE(step(30).correction_rad == now.correction_rad);
 }
 
-static void conditions_end_at_the_range_that_was_fitted(void) {
+TEST(conditions_end_at_the_range_that_was_fitted) {
   lm_real cold_rad;
   lm_real warm_rad;
   const uint32_t judged =
@@ -957,13 +957,13 @@ static void conditions_end_at_the_range_that_was_fitted(void) {
   parameters.effect_count = 0;
 }
 
-static void a_missing_condition_is_reported(void) {
+TEST(a_missing_condition_is_reported) {
   lm_correction now = lm_step_compensator(&joint, NULL);
   TEST_ASSERT_TRUE(now.status & LM_STATE_CONDITION_MISSING);
   TEST_ASSERT_TRUE(now.lost_motion_rad == 0);
 }
 
-static void a_period_that_is_not_the_loops_is_reported(void) {
+TEST(a_period_that_is_not_the_loops_is_reported) {
   static const lm_real share[] = {
       LM_REAL(0.25), LM_REAL(0.45), LM_REAL(0.6), 1, LM_REAL(1.4), LM_REAL(1.6), 10};
   static const int wrong[] = {1, 1, 0, 0, 0, 1, 1};
@@ -976,7 +976,7 @@ static void a_period_that_is_not_the_loops_is_reported(void) {
   at.elapsed_s = 0;
 }
 
-static void a_change_of_the_period_is_refused(void) {
+TEST(a_change_of_the_period_is_refused) {
   lm_parameters other = parameters;
   lm_compensator kept = joint;
   other.limits.period_s = LM_REAL(5e-4);
@@ -987,7 +987,7 @@ static void a_change_of_the_period_is_refused(void) {
 
 /* A move under load, then a rest of a minute: the model is wrong by a twentieth; the resulting 2
  * arcsec at rest must not remove the 100 arcsec that the correction compensates. */
-static void the_watch_leaves_a_constant_correction(void) {
+TEST(the_watch_leaves_a_constant_correction) {
   int i;
   for (i = 0; i < 6100; ++i) {
     lm_correction now = rest(i < 100 ? LM_REAL(0.2) * LM_REAL(i) : 20, 10);
@@ -998,7 +998,7 @@ static void the_watch_leaves_a_constant_correction(void) {
 }
 
 /* The measured lost motion is constant, the torque's estimate wanders by 5 of 30 N*m. */
-static void the_watch_leaves_a_correction_whose_torque_wanders(void) {
+TEST(the_watch_leaves_a_correction_whose_torque_wanders) {
   int i;
   (void)rest(30, 10);
   for (i = 0; i < 6000; ++i) {
@@ -1009,7 +1009,7 @@ static void the_watch_leaves_a_correction_whose_torque_wanders(void) {
 }
 
 /* Swings of +-20 N*m in which the drive measures nothing: it compensates by itself. */
-static void the_watch_finds_a_drive_that_compensates_already(void) {
+TEST(the_watch_finds_a_drive_that_compensates_already) {
   int i;
   lm_correction now = step(0);
   for (i = 0; i < 800 && !(now.status & LM_STATE_FADED); ++i) {
@@ -1020,7 +1020,7 @@ static void the_watch_finds_a_drive_that_compensates_already(void) {
 }
 
 /* Once the doubt is complete, an axis at rest creeps slowly, even if the gain could fade fast. */
-static void a_fade_of_a_standing_axis_creeps(void) {
+TEST(a_fade_of_a_standing_axis_creeps) {
   lm_real before_rad;
   int i;
   parameters.watch.creep_rad_s = LM_REAL(5e-5);
@@ -1040,7 +1040,7 @@ static void a_fade_of_a_standing_axis_creeps(void) {
 }
 
 /* Both encoders share a zero: a constant load and a model of the wrong sign. */
-static void a_shared_zero_makes_the_mean_count(void) {
+TEST(a_shared_zero_makes_the_mean_count) {
   int i;
   lm_declare_shared_zero(&joint);
   for (i = 0; i < 1000; ++i) {
@@ -1074,7 +1074,7 @@ static lm_real shake(lm_real rate_Hz, int seconds) {
   return high_rad - low_rad;
 }
 
-static void ringing_is_reported_and_ends(void) {
+TEST(ringing_is_reported_and_ends) {
   lm_correction now;
   lm_real fast_rad;
   lm_real hidden_rad;
@@ -1126,7 +1126,7 @@ static void ringing_is_reported_and_ends(void) {
 /* A noisy sensor behind a filter of the first order, and a load that changes its sign: after three
  * time constants of standstill hardly any motion remains, and the noise does not prevent the
  * standstill. */
-static void a_standstill_is_found_in_noise_and_not_before_its_time(void) {
+TEST(a_standstill_is_found_in_noise_and_not_before_its_time) {
   const lm_real filter_s = LM_REAL(0.08);
   const lm_real load_Nm[] = {-12, 12, 11, -12};
   lm_standstill standstill = {0, 0, 0};
@@ -1165,7 +1165,7 @@ static void a_standstill_is_found_in_noise_and_not_before_its_time(void) {
 }
 
 /* The seconds since the correction left the range, or since the count was restarted. */
-static void a_standstill_begins_anew_with_a_motion(void) {
+TEST(a_standstill_begins_anew_with_a_motion) {
   lm_standstill standstill = {0, 0, 0};
   int i;
   (void)rest(10, 2000);
@@ -1186,7 +1186,7 @@ static void a_standstill_begins_anew_with_a_motion(void) {
 
 /* A new mode or new parameters move the target at once, the correction only within its limits: it
  * does not stand although it has hardly moved. */
-static void a_standstill_ends_when_the_target_moves(void) {
+TEST(a_standstill_ends_when_the_target_moves) {
   lm_standstill standstill = {0, 0, 0};
   lm_parameters other = parameters;
   int i;
@@ -1222,7 +1222,7 @@ static void a_standstill_ends_when_the_target_moves(void) {
 /* A kinematic error swings the correction as the axis turns, at any speed, and no torque
  * causes this. A torque that rings in addition is found, unless the correction is held and
  * follows none. */
-static void a_kinematic_error_does_not_ring(void) {
+TEST(a_kinematic_error_does_not_ring) {
   static const lm_real speed_Hz[] = {1, 3, 6, 10, 20, 40};
   int ringing;
   size_t k;
@@ -1259,7 +1259,7 @@ static void a_kinematic_error_does_not_ring(void) {
 /* Swings far below the noise do not count, and a motion that continues after a small reversal is no
  * swing.
  */
-static void noise_does_not_ring(void) {
+TEST(noise_does_not_ring) {
   int i;
   parameters.watch.ringing_Hz = 5;
   TEST_ASSERT_EQUAL(LM_OK, lm_start_compensator(&joint, &parameters, 10, &fault));
@@ -1272,7 +1272,7 @@ static void noise_does_not_ring(void) {
 /* The response falls and the limits with it, during any motion. tests/fuzz/limiter_differences.c
  * shows that nothing jumps; here: the new limits are finally active, and at once if the correction
  * is at rest. */
-static void narrower_parameters_are_in_force_in_the_end(void) {
+TEST(narrower_parameters_are_in_force_in_the_end) {
   lm_parameters narrow = parameters;
   int moment;
   narrow.limits.response_per_s = 10;
@@ -1294,7 +1294,7 @@ static void narrower_parameters_are_in_force_in_the_end(void) {
 
 /* A motion that exceeds the new limit of velocity, or will exceed it, ends under the old one.
  */
-static void a_velocity_beyond_the_new_limit_is_reported(void) {
+TEST(a_velocity_beyond_the_new_limit_is_reported) {
   lm_parameters slow = parameters;
   int moment;
   for (moment = 1; moment < 40; ++moment) {
@@ -1316,7 +1316,7 @@ static void a_velocity_beyond_the_new_limit_is_reported(void) {
 }
 
 /* In either direction of the first swing. */
-static void ringing_is_reported_in_either_direction(void) {
+TEST(ringing_is_reported_in_either_direction) {
   int side;
   parameters.watch.ringing_Hz = 5;
   for (side = -1; side <= 1; side += 2) {
@@ -1326,63 +1326,4 @@ static void ringing_is_reported_in_either_direction(void) {
     (void)shake(LM_REAL(15 * side), 2);
     TEST_ASSERT_TRUE(joint.standing & LM_STATE_RINGING);
   }
-}
-
-int main(void) {
-  UNITY_BEGIN();
-  RUN_TEST(at_rest_the_correction_takes_the_lost_motion_out);
-  RUN_TEST(a_steady_rate_is_followed_without_lag);
-  RUN_TEST(no_limit_is_ever_passed);
-  RUN_TEST(headroom_narrows_and_never_widens);
-  RUN_TEST(no_headroom_means_no_motion);
-  RUN_TEST(a_motion_without_headroom_comes_to_rest);
-  RUN_TEST(headroom_too_short_to_stop_is_reported);
-  RUN_TEST(narrower_parameters_are_approached_without_a_jump);
-  RUN_TEST(a_narrower_position_is_approached_without_a_jump);
-  RUN_TEST(a_step_is_approached_without_overshoot);
-  RUN_TEST(binding_limits_are_reported);
-  RUN_TEST(holding_stays_and_resetting_moves_to_zero_while_the_memory_follows);
-  RUN_TEST(nothing_that_the_host_does_loses_the_history);
-  RUN_TEST(the_uncertainty_bounds_the_truth_and_shrinks_to_nothing);
-  RUN_TEST(a_known_start_has_no_uncertainty);
-  RUN_TEST(a_history_may_become_unknown_again);
-  RUN_TEST(a_change_of_parameters_makes_no_step);
-  RUN_TEST(a_change_of_bands_makes_the_memory_unknown);
-  RUN_TEST(any_other_band_counts);
-  RUN_TEST(a_saved_history_is_taken_up_again);
-  RUN_TEST(a_history_of_wide_bands_is_taken_up_again);
-  RUN_TEST(a_saved_history_that_does_not_belong_is_refused);
-  RUN_TEST(the_watch_lets_a_model_work_that_fits);
-  RUN_TEST(the_watch_fades_a_model_out_that_makes_it_worse);
-  RUN_TEST(the_watch_takes_noise_for_noise);
-  RUN_TEST(the_watch_leaves_a_rest_alone_however_noisy_the_encoder);
-  RUN_TEST(the_watch_ignores_nonsense_and_reports_it);
-  RUN_TEST(inputs_that_are_not_finite_change_nothing);
-  RUN_TEST(a_condition_that_means_nothing_is_refused);
-  RUN_TEST(an_angle_of_many_turns_is_refused_before_the_waves_jump);
-  RUN_TEST(a_tick_whose_length_is_not_given_lasts_one_period);
-  RUN_TEST(a_users_effect_that_breaks_is_contained);
-  RUN_TEST(bad_parameters_do_not_start);
-  RUN_TEST(an_instance_that_was_not_started_corrects_nothing);
-  RUN_TEST(a_settled_start_moves_nothing);
-  RUN_TEST(conditions_end_at_the_range_that_was_fitted);
-  RUN_TEST(a_missing_condition_is_reported);
-  RUN_TEST(a_period_that_is_not_the_loops_is_reported);
-  RUN_TEST(a_change_of_the_period_is_refused);
-  RUN_TEST(the_watch_leaves_a_constant_correction);
-  RUN_TEST(the_watch_leaves_a_correction_whose_torque_wanders);
-  RUN_TEST(the_watch_finds_a_drive_that_compensates_already);
-  RUN_TEST(a_fade_of_a_standing_axis_creeps);
-  RUN_TEST(a_shared_zero_makes_the_mean_count);
-  RUN_TEST(ringing_is_reported_and_ends);
-  RUN_TEST(ringing_is_reported_in_either_direction);
-  RUN_TEST(a_standstill_is_found_in_noise_and_not_before_its_time);
-  RUN_TEST(a_standstill_begins_anew_with_a_motion);
-  RUN_TEST(a_standstill_ends_when_the_target_moves);
-  RUN_TEST(a_kinematic_error_does_not_ring);
-  RUN_TEST(a_velocity_beyond_the_new_limit_is_reported);
-  RUN_TEST(noise_does_not_ring);
-  RUN_TEST(a_corrupted_velocity_stays_within_the_position_limit);
-  RUN_TEST(narrower_parameters_are_in_force_in_the_end);
-  return UNITY_END();
 }

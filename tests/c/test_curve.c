@@ -1,8 +1,7 @@
 #include "lostmotion/curve.h"
 
-#include <unity.h>
-
 #include "draw.h"
+#include "test.h"
 
 /* Rounding of lm_real; bounds below are a few of these. */
 
@@ -27,7 +26,7 @@ void setUp(void) {
 void tearDown(void) {
 }
 
-static void the_curve_passes_through_its_knots(void) {
+TEST(the_curve_passes_through_its_knots) {
   int i;
   for (i = 0; i < KNOTS; ++i) {
     TEST_ASSERT_TRUE(distance(lm_evaluate_curve(&curve, torque_Nm[i]), angle_rad[i]) <=
@@ -37,7 +36,7 @@ static void the_curve_passes_through_its_knots(void) {
   }
 }
 
-static void between_knots_it_is_straight_and_beyond_them_it_continues(void) {
+TEST(between_knots_it_is_straight_and_beyond_them_it_continues) {
   /* phi(T1), phi(T2), phi(2 T2) from the catalogue's piecewise linear torsion. */
   TEST_ASSERT_TRUE(distance(lm_evaluate_curve(&curve, 16), LM_REAL(7.0 / 16e3 + 9.0 / 25e3)) <=
                    8 * ROUNDING * LM_REAL(1e-3));
@@ -48,7 +47,7 @@ static void between_knots_it_is_straight_and_beyond_them_it_continues(void) {
                    16 * ROUNDING * LM_REAL(1e-3));
 }
 
-static void the_slope_is_the_segments(void) {
+TEST(the_slope_is_the_segments) {
   TEST_ASSERT_TRUE(distance(lm_evaluate_curve_slope(&curve, 3), LM_REAL(1 / 16e3)) <=
                    LM_REAL(1e-4 / 16e3));
   TEST_ASSERT_TRUE(distance(lm_evaluate_curve_slope(&curve, -9), LM_REAL(1 / 25e3)) <=
@@ -64,7 +63,7 @@ static void the_slope_is_the_segments(void) {
 }
 
 /* Random curves of every size: the search compared with a plain loop through the knots. */
-static void every_size_finds_its_segment_and_inverts(void) {
+TEST(every_size_finds_its_segment_and_inverts) {
   int count;
   int trial;
   for (count = 2; count <= LM_CURVE_POINTS_MAX; ++count) {
@@ -97,7 +96,7 @@ static void every_size_finds_its_segment_and_inverts(void) {
   }
 }
 
-static void the_angle_never_falls(void) {
+TEST(the_angle_never_falls) {
   lm_real torque;
   lm_real before = lm_evaluate_curve(&curve, -60);
   for (torque = -60; torque < 60; torque += LM_REAL(0.0625)) {
@@ -107,7 +106,7 @@ static void the_angle_never_falls(void) {
   }
 }
 
-static void flat_pieces_invert_to_their_upper_end(void) {
+TEST(flat_pieces_invert_to_their_upper_end) {
   static const lm_real t[] = {-2, -1, 1, 2};
   static const lm_real inner_flat[] = {-1, 0, 0, 1};
   static const lm_real outer_flat[] = {-1, -1, 1, 1};
@@ -119,7 +118,7 @@ static void flat_pieces_invert_to_their_upper_end(void) {
   TEST_ASSERT_TRUE(lm_find_least_slope(&curve) == 0);
 }
 
-static void nonsense_is_refused_by_name(void) {
+TEST(nonsense_is_refused_by_name) {
   lm_real t[LM_CURVE_POINTS_MAX + 1];
   lm_real a[LM_CURVE_POINTS_MAX + 1];
   lm_real zero = 0;
@@ -171,7 +170,7 @@ static void nonsense_is_refused_by_name(void) {
   TEST_ASSERT_EQUAL(LM_OK, lm_check_curve(&curve, &fault));
 }
 
-static void a_damaged_curve_is_found_out(void) {
+TEST(a_damaged_curve_is_found_out) {
   lm_curve good = curve;
   TEST_ASSERT_EQUAL(LM_NULL, lm_check_curve(0, &fault));
   curve.count = 0;
@@ -190,17 +189,4 @@ static void a_damaged_curve_is_found_out(void) {
   curve = good;
   curve.angle_rad[LM_CURVE_STORE - 1] += 1;
   TEST_ASSERT_EQUAL(LM_INCONSISTENT, lm_check_curve(&curve, &fault));
-}
-
-int main(void) {
-  UNITY_BEGIN();
-  RUN_TEST(the_curve_passes_through_its_knots);
-  RUN_TEST(between_knots_it_is_straight_and_beyond_them_it_continues);
-  RUN_TEST(the_slope_is_the_segments);
-  RUN_TEST(every_size_finds_its_segment_and_inverts);
-  RUN_TEST(the_angle_never_falls);
-  RUN_TEST(flat_pieces_invert_to_their_upper_end);
-  RUN_TEST(nonsense_is_refused_by_name);
-  RUN_TEST(a_damaged_curve_is_found_out);
-  return UNITY_END();
 }

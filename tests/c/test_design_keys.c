@@ -2,14 +2,14 @@
 #include <string.h>
 
 #include "lostmotion/design_keys.h"
-#include "unity.h"
+#include "test.h"
 
 void setUp(void) {
 }
 void tearDown(void) {
 }
 
-static void test_every_row_is_described(void) {
+TEST(test_every_row_is_described) {
   int i;
   for (i = 0; i < LM_DESIGN_KEY_COUNT; i++) {
     lm_design_key key = {0};
@@ -21,7 +21,7 @@ static void test_every_row_is_described(void) {
   }
 }
 
-static void test_rows_stand_in_the_order_of_the_list(void) {
+TEST(test_rows_stand_in_the_order_of_the_list) {
   lm_design_key key;
   TEST_ASSERT_EQUAL_INT(LM_OK, lm_describe_design_key(4, &key, NULL));
   TEST_ASSERT_EQUAL_STRING("teeth", key.section);
@@ -39,7 +39,7 @@ static void test_rows_stand_in_the_order_of_the_list(void) {
   TEST_ASSERT_EQUAL_STRING("", key.suffix);
 }
 
-static void test_what_is_no_row_is_refused(void) {
+TEST(test_what_is_no_row_is_refused) {
   lm_design_key key;
   lm_fault fault;
   TEST_ASSERT_EQUAL_INT(LM_NULL, lm_describe_design_key(0, NULL, &fault));
@@ -62,20 +62,11 @@ static void check_names(const char *(*name_of)(int), int count) {
   TEST_ASSERT_EQUAL_STRING("", name_of(-1));
 }
 
-static void test_names_of_enumerations(void) {
+TEST(test_names_of_enumerations) {
   check_names(lm_deformation_name, LM_EXTERNAL + 1);
   check_names(lm_generator_name, LM_RING + 1);
   check_names(lm_distribution_name, LM_UNIFORM + 1);
   check_names(lm_zone_name, LM_GAP_ZONES);
   TEST_ASSERT_EQUAL_STRING("rollers", lm_generator_name(LM_ROLLERS));
   TEST_ASSERT_EQUAL_STRING("normal_inspected", lm_distribution_name(LM_NORMAL_INSPECTED));
-}
-
-int main(void) {
-  UNITY_BEGIN();
-  RUN_TEST(test_every_row_is_described);
-  RUN_TEST(test_rows_stand_in_the_order_of_the_list);
-  RUN_TEST(test_what_is_no_row_is_refused);
-  RUN_TEST(test_names_of_enumerations);
-  return UNITY_END();
 }

@@ -1,10 +1,10 @@
 #include "lostmotion/drive.h"
 
 #include <stddef.h>
-#include <unity.h>
 
 #include "lostmotion/mesh.h"
 #include "reference_drives.h"
+#include "test.h"
 
 static lm_fault fault;
 static lm_drive drive;
@@ -32,7 +32,7 @@ static void assert_accepted(void) {
  */
 
 /* drive.h, lm_complete_drive; size 20 has d = 50 mm. */
-static void a_drive_is_completed_in_proportion_to_its_size(void) {
+TEST(a_drive_is_completed_in_proportion_to_its_size) {
   double rim;
   drive.flexspline.rim_thickness_mm = 0;
   complete();
@@ -77,7 +77,7 @@ static void assert_element(double stiffness, double ratio, const lm_torsion_elem
 
 /* Circular spline as a ring of 0.1 d, three times stiffened (f 0.0624 at a patch of 30 deg,
  * check_values.md, radial chain); cup, diaphragm, shafts by section 5. */
-static void the_chains_are_filled_from_the_size(void) {
+TEST(the_chains_are_filled_from_the_size) {
   const double pi = 3.14159265358979;
   double wall;
   complete();
@@ -95,7 +95,7 @@ static void the_chains_are_filled_from_the_size(void) {
 }
 
 /* The rim of a spatial drive twists by itself, from its inner edge on; so the wall ends there. */
-static void no_part_of_a_spatial_cup_twists_twice(void) {
+TEST(no_part_of_a_spatial_cup_twists_twice) {
   lm_real planar;
   complete();
   planar = drive.torsion[0].stiffness_Nm_per_rad;
@@ -109,7 +109,7 @@ static void no_part_of_a_spatial_cup_twists_twice(void) {
 }
 
 /* G = E / (2 (1 + nu)), in proportion to steel's. */
-static void a_softer_material_is_softer_in_shear(void) {
+TEST(a_softer_material_is_softer_in_shear) {
   drive.material.youngs_modulus_MPa = LM_REAL(2600);
   drive.material.poisson_ratio = LM_REAL(0.37);
   complete();
@@ -117,7 +117,7 @@ static void a_softer_material_is_softer_in_shear(void) {
   assert_accepted();
 }
 
-static void a_cam_engages_to_seventy_degrees(void) {
+TEST(a_cam_engages_to_seventy_degrees) {
   drive.generator.type = LM_COSINE;
   drive.generator.contact_half_angle_rad = LM_REAL(0.1); /* unused by a cam */
   complete();
@@ -134,7 +134,7 @@ static void a_cam_engages_to_seventy_degrees(void) {
 }
 
 /* E I of rim and race grows with the fourth power of the size; no foundation is assumed. */
-static void a_larger_ring_is_stiffer(void) {
+TEST(a_larger_ring_is_stiffer) {
   lm_real once;
   drive.flexspline.rim_thickness_mm = 0;
   drive.support.foundation_N_per_mm2 = 0;
@@ -157,7 +157,7 @@ static void a_larger_ring_is_stiffer(void) {
   assert_accepted();
 }
 
-static void no_tooth_engages_beyond_ninety_degrees(void) {
+TEST(no_tooth_engages_beyond_ninety_degrees) {
   drive.generator.contact_half_angle_rad = LM_REAL(1.2);
   complete();
   ASSERT_NEAR(BOUND(1e-15, 2e-7), 1.5707963267948966, drive.support.engagement_limit_rad);
@@ -165,7 +165,7 @@ static void no_tooth_engages_beyond_ninety_degrees(void) {
 }
 
 /* The cup has at least two face widths, at most the twenty that a drive may have. */
-static void a_cup_is_in_proportion_to_its_face(void) {
+TEST(a_cup_is_in_proportion_to_its_face) {
   static const double face[] = {0.5, 1, 10, 15, 40};
   static const double length[] = {10, 20, 22.5, 30, 80};
   int i;
@@ -179,7 +179,7 @@ static void a_cup_is_in_proportion_to_its_face(void) {
 }
 
 /* Stated values are kept. */
-static void given_values_are_kept(void) {
+TEST(given_values_are_kept) {
   lm_drive given;
   complete();
   drive.flexspline.wall_thickness_mm = LM_REAL(0.4);
@@ -203,7 +203,7 @@ static void given_values_are_kept(void) {
 
 /* Every wave generator, every size and ratio in range: the completed drive is accepted and has a
  * mesh. */
-static void a_completed_drive_is_accepted_and_has_a_mesh(void) {
+TEST(a_completed_drive_is_accepted_and_has_a_mesh) {
   static lm_mesh mesh;
   uint32_t seed = 1;
   int accepted = 0;
@@ -317,7 +317,7 @@ static void replace(const number *n, lm_real value) {
 
 /* NaN, infinities and numbers beyond either end; if the number is required, lm_complete_drive
  * refuses it too, and writes nothing. */
-static void a_number_out_of_range_is_refused_by_its_key(void) {
+TEST(a_number_out_of_range_is_refused_by_its_key) {
   int k;
   int i;
   for (k = 0; k < NUMBERS; k++) {
@@ -357,7 +357,7 @@ static int in_range(const number *n, lm_real value) {
 }
 
 /* The ends that a fault names belong to the range, and so do angles of whole degrees as typed. */
-static void the_ends_of_a_range_are_in_range(void) {
+TEST(the_ends_of_a_range_are_in_range) {
   int k;
   for (k = 0; k < NUMBERS; k++) {
     const number *n = &numbers[k];
@@ -375,7 +375,7 @@ static void the_ends_of_a_range_are_in_range(void) {
   }
 }
 
-static void whole_numbers_out_of_range_are_refused(void) {
+TEST(whole_numbers_out_of_range_are_refused) {
   complete();
 #define WRONG(member, key, value, low, high)                                  \
   {                                                                           \
@@ -401,7 +401,7 @@ static void whole_numbers_out_of_range_are_refused(void) {
   assert_accepted();
 }
 
-static void contradictions_are_refused(void) {
+TEST(contradictions_are_refused) {
   complete();
   drive.teeth.flexspline_teeth = 201;
   assert_fault(LM_INCONSISTENT, "teeth.flexspline_teeth", 201, 200, 202,
@@ -424,7 +424,7 @@ static void contradictions_are_refused(void) {
 }
 
 /* Either gear may turn the output: u = z / 2, of either sign. */
-static void the_ratio_belongs_to_the_teeth(void) {
+TEST(the_ratio_belongs_to_the_teeth) {
   static const double accepted[] = {100, 101, -100, -101};
   static const double refused[] = {0, 0.5, 1001, -5000};
   int i;
@@ -447,7 +447,7 @@ static void the_ratio_belongs_to_the_teeth(void) {
   assert_fault(LM_INCONSISTENT, "drive.ratio", 102, 100, 101, lm_complete_drive(&drive, &fault));
 }
 
-static void flanks_below_their_base_circle_are_refused(void) {
+TEST(flanks_below_their_base_circle_are_refused) {
   drive.teeth.flexspline_teeth = 600; /* root and base circles far apart */
   drive.teeth.rigid_teeth = 602;
   drive.teeth.flexspline_shift = -2;
@@ -464,7 +464,7 @@ static void flanks_below_their_base_circle_are_refused(void) {
 }
 
 /* A deflection of two modules on 30 teeth is more than an eighth of the radius. */
-static void a_wave_that_no_rim_can_have_is_refused(void) {
+TEST(a_wave_that_no_rim_can_have_is_refused) {
   drive.teeth.flexspline_teeth = 30;
   drive.teeth.rigid_teeth = 32;
   drive.teeth.flexspline_shift = 0;
@@ -479,7 +479,7 @@ static void a_wave_that_no_rim_can_have_is_refused(void) {
 }
 
 /* The open end of a short cup has half as much again; the planar model does not. */
-static void the_widest_section_of_a_cup_must_have_a_mesh(void) {
+TEST(the_widest_section_of_a_cup_must_have_a_mesh) {
   static lm_mesh mesh;
   drive.teeth.flexspline_teeth = 30;
   drive.teeth.rigid_teeth = 32;
@@ -500,7 +500,7 @@ static void the_widest_section_of_a_cup_must_have_a_mesh(void) {
 }
 
 /* Members of a chain are named by their field. */
-static void members_of_the_chains_are_checked(void) {
+TEST(members_of_the_chains_are_checked) {
   complete();
   drive.radial_laws[0].exponent = LM_REAL(NAN);
   TEST_ASSERT_EQUAL(LM_NOT_FINITE, lm_check_drive(&drive, &fault));
@@ -519,7 +519,7 @@ static void members_of_the_chains_are_checked(void) {
 }
 
 /* Invalid moduli and lengths, before the chains are made from them. */
-static void a_chain_cannot_be_made_from_nonsense(void) {
+TEST(a_chain_cannot_be_made_from_nonsense) {
   lm_drive before;
   int i;
   for (i = 0; i < 5; i++) {
@@ -542,7 +542,7 @@ static void a_chain_cannot_be_made_from_nonsense(void) {
   }
 }
 
-static void null_is_refused(void) {
+TEST(null_is_refused) {
   TEST_ASSERT_EQUAL(LM_NULL, lm_check_drive(0, &fault));
   TEST_ASSERT_EQUAL_STRING("drive", fault.input);
   TEST_ASSERT_EQUAL(LM_NULL, lm_complete_drive(0, &fault));
@@ -553,30 +553,4 @@ static void null_is_refused(void) {
   drive.teeth.rigid_teeth = 202;
   drive.teeth.module_mm = 0;
   TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE, lm_complete_drive(&drive, 0));
-}
-
-int main(void) {
-  UNITY_BEGIN();
-  RUN_TEST(a_drive_is_completed_in_proportion_to_its_size);
-  RUN_TEST(the_chains_are_filled_from_the_size);
-  RUN_TEST(no_part_of_a_spatial_cup_twists_twice);
-  RUN_TEST(a_softer_material_is_softer_in_shear);
-  RUN_TEST(a_cam_engages_to_seventy_degrees);
-  RUN_TEST(a_larger_ring_is_stiffer);
-  RUN_TEST(no_tooth_engages_beyond_ninety_degrees);
-  RUN_TEST(a_cup_is_in_proportion_to_its_face);
-  RUN_TEST(given_values_are_kept);
-  RUN_TEST(a_completed_drive_is_accepted_and_has_a_mesh);
-  RUN_TEST(a_number_out_of_range_is_refused_by_its_key);
-  RUN_TEST(the_ends_of_a_range_are_in_range);
-  RUN_TEST(whole_numbers_out_of_range_are_refused);
-  RUN_TEST(contradictions_are_refused);
-  RUN_TEST(the_ratio_belongs_to_the_teeth);
-  RUN_TEST(flanks_below_their_base_circle_are_refused);
-  RUN_TEST(a_wave_that_no_rim_can_have_is_refused);
-  RUN_TEST(the_widest_section_of_a_cup_must_have_a_mesh);
-  RUN_TEST(members_of_the_chains_are_checked);
-  RUN_TEST(a_chain_cannot_be_made_from_nonsense);
-  RUN_TEST(null_is_refused);
-  return UNITY_END();
 }

@@ -2,9 +2,9 @@
 
 #include <math.h>
 #include <string.h>
-#include <unity.h>
 
 #include "draw.h"
+#include "test.h"
 
 #define OF_EFFECT (LM_REAL_BITS == 64 ? 1e-14 : 2e-6) /* relative rounding of a whole effect */
 
@@ -67,7 +67,7 @@ static uint32_t crc_of(const char *text) {
   return ~crc;
 }
 
-static void every_effect_has_a_card_that_is_whole(void) {
+TEST(every_effect_has_a_card_that_is_whole) {
   int i;
   int k;
   for (i = 0; i < LM_EFFECT_COUNT; ++i) {
@@ -95,7 +95,7 @@ static void every_effect_has_a_card_that_is_whole(void) {
 
 /* Every scale states its reference; start values precede the zeros; only an effect that jumps by a
  * given value and stays has such a value. */
-static void every_value_states_how_it_is_fitted(void) {
+TEST(every_value_states_how_it_is_fitted) {
   int i;
   int k;
   int s;
@@ -119,7 +119,7 @@ static void every_value_states_how_it_is_fitted(void) {
 }
 
 /* Confounded effects are named as effects of the library, never the effect itself. */
-static void twins_are_other_effects(void) {
+TEST(twins_are_other_effects) {
   int i;
   for (i = 0; i < LM_EFFECT_COUNT; ++i) {
     const char *name = lm_effects[i]->card->name;
@@ -140,7 +140,7 @@ static lm_real nothing_of(const lm_effect *effect) {
 }
 
 /* With all linear values zero an effect is off under all conditions. */
-static void without_amplitude_an_effect_is_nothing(void) {
+TEST(without_amplitude_an_effect_is_nothing) {
   int i;
   int k;
   int trial;
@@ -164,7 +164,7 @@ static void without_amplitude_an_effect_is_nothing(void) {
 }
 
 /* Linear means linear: twice every linear value is twice the result. */
-static void linear_values_are_linear(void) {
+TEST(linear_values_are_linear) {
   int i;
   int k;
   for (i = 0; i < LM_EFFECT_COUNT; ++i) {
@@ -196,7 +196,7 @@ static void linear_values_are_linear(void) {
 
 /* The equations of the cards, computed independently with libm. Conditions are those of a size 20
  * drive of ratio 100. */
-static void the_periodic_effects_follow_their_equations(void) {
+TEST(the_periodic_effects_follow_their_equations) {
   static const lm_real four[] = {LM_REAL(3e-5), LM_REAL(-2e-5), LM_REAL(1e-5), LM_REAL(5e-6)};
   double w;
   for (w = -6; w < 6; w += 0.37) {
@@ -240,7 +240,7 @@ static double angle_of_two_lobes(double torque, double runout, double g, double 
   return low;
 }
 
-static void the_lobes_share_the_torque(void) {
+TEST(the_lobes_share_the_torque) {
   static const double torques[] = {-40, -5, -0.6, -0.01, 0, 0.003, 0.2, 1, 3, 12, 80};
   static const double takeups[] = {0.05, 2, 60};
   double w;
@@ -267,7 +267,7 @@ static void the_lobes_share_the_torque(void) {
   }
 }
 
-static void the_gaps_close_within_their_torque(void) {
+TEST(the_gaps_close_within_their_torque) {
   static const lm_real gap[] = {LM_REAL(2e-5), LM_REAL(0.5)};
   static const lm_real coupling[] = {LM_REAL(0.0044), 100, LM_REAL(0.5), 2, LM_REAL(0.1)};
   static const lm_real thermal[] = {LM_REAL(5e-6), LM_REAL(3e-5), LM_REAL(0.5)};
@@ -302,7 +302,7 @@ static void the_gaps_close_within_their_torque(void) {
   ASSERT_RUNS_TO(-2e-5 * 100, axial_shift, gap);
 }
 
-static void the_temperature_acts_on_stiffness_zero_and_friction(void) {
+TEST(the_temperature_acts_on_stiffness_zero_and_friction) {
   static const lm_real rate[] = {LM_REAL(0.005)};
   at.temperature_C = 60;
   at.elastic_rad = LM_REAL(1e-3);
@@ -316,7 +316,7 @@ static void the_temperature_acts_on_stiffness_zero_and_friction(void) {
   ASSERT_RUNS_TO(1, thermal_friction, rate);
 }
 
-static void the_wind_ups_follow_their_equations(void) {
+TEST(the_wind_ups_follow_their_equations) {
   static const lm_real soft[] = {LM_REAL(5e-5), 2};
   static const lm_real stiff[] = {LM_REAL(1e-5), 5, LM_REAL(2e-5), 40};
   static const lm_real share[] = {LM_REAL(0.02)};
@@ -336,7 +336,7 @@ static void the_wind_ups_follow_their_equations(void) {
   }
 }
 
-static void speed_moment_and_acceleration_act(void) {
+TEST(speed_moment_and_acceleration_act) {
   static const lm_real stribeck[] = {LM_REAL(0.5), LM_REAL(0.4), 5, LM_REAL(0.1)};
   static const lm_real one[] = {LM_REAL(1e-6)};
   double v;
@@ -354,7 +354,7 @@ static void speed_moment_and_acceleration_act(void) {
 
 /* Share ln(1 + t/onset) under constant load, within the stated 0.031 of the elastic angle, at a
  * controller's tick as at a slow logger's; and recovery without load. */
-static void creep_follows_the_logarithm_and_returns(void) {
+TEST(creep_follows_the_logarithm_and_returns) {
   static const lm_real value[] = {LM_REAL(0.01), 2};
   static const double tick_s[] = {1e-3, 0.5};
   int k;
@@ -382,7 +382,7 @@ static void creep_follows_the_logarithm_and_returns(void) {
   }
 }
 
-static void load_dependent_friction_makes_a_bow_tie(void) {
+TEST(load_dependent_friction_makes_a_bow_tie) {
   static const lm_real value[] = {LM_REAL(1e-6), LM_REAL(0.2)};
   lm_real up;
   lm_real t;
@@ -404,7 +404,7 @@ static void load_dependent_friction_makes_a_bow_tie(void) {
 
 /* Gaps and springs in the mesh are wound by the torque minus its friction; the input side
  * is in line with the mesh, and teeth slip over at the torque that the whole mesh carries. */
-static void effects_in_the_mesh_see_what_friction_leaves(void) {
+TEST(effects_in_the_mesh_see_what_friction_leaves) {
   static const lm_effect *const mesh[] = {
       &lm_effect_axial_shift, &lm_effect_free_play,  &lm_effect_load_dependent_friction,
       &lm_effect_soft_windup, &lm_effect_stiffening, &lm_effect_lobe_eccentricity,
@@ -440,7 +440,7 @@ static void effects_in_the_mesh_see_what_friction_leaves(void) {
 }
 
 /* A ramp of rate r lags by r * lag; the mirror image is ahead by as much. */
-static void sensor_lag_shifts_a_ramp(void) {
+TEST(sensor_lag_shifts_a_ramp) {
   static const lm_real late[] = {LM_REAL(0.005)};
   static const lm_real early[] = {LM_REAL(-0.005)};
   static const lm_real none[] = {0};
@@ -467,7 +467,7 @@ static void sensor_lag_shifts_a_ramp(void) {
 }
 
 /* A lag of a hundredth of a sample is represented as accurately as one of a hundred samples. */
-static void a_lag_below_one_sample_is_seen_in_full(void) {
+TEST(a_lag_below_one_sample_is_seen_in_full) {
   static const lm_real lag_s[] = {LM_REAL(1e-5), LM_REAL(1e-3), LM_REAL(0.1)};
   int k;
   for (k = 0; k < 3; ++k) {
@@ -485,7 +485,7 @@ static void a_lag_below_one_sample_is_seen_in_full(void) {
 }
 
 /* A jump in zero time lags completely, and then decays with the lag's time constant. */
-static void a_jump_fades_with_the_lag(void) {
+TEST(a_jump_fades_with_the_lag) {
   static const lm_real lag_s[] = {LM_REAL(0.02)};
   at.elapsed_s = LM_REAL(0.01);
   (void)lm_effect_sensor_lag.run(lag_s, memory, &at);
@@ -498,7 +498,7 @@ static void a_jump_fades_with_the_lag(void) {
 
 /* At rest the friction is whole; on a ramp of the Stribeck rate it falls by 1 - 1/e of the share,
  * in either direction; and noise of single samples within the smoothing time does not matter. */
-static void friction_falls_with_the_rate(void) {
+TEST(friction_falls_with_the_rate) {
   static const lm_real value[] = {LM_REAL(0.25), 4, LM_REAL(0.05)};
   const lm_effect *effect = &lm_effect_rate_dependent_friction;
   lm_real noisy[16] = {0};
@@ -522,7 +522,7 @@ static void friction_falls_with_the_rate(void) {
   }
 }
 
-static void ratcheting_counts_every_peak_once_and_stays(void) {
+TEST(ratcheting_counts_every_peak_once_and_stays) {
   static const lm_real value[] = {240, LM_REAL(0.0311)};
   static const lm_real torque_Nm[] = {0, 239, 241, 260, 235, 241, 0, -300, -250, 0, 250};
   static const int teeth[] = {0, 0, 1, 1, 1, 1, 1, 0, 0, 0, 1};
@@ -534,7 +534,7 @@ static void ratcheting_counts_every_peak_once_and_stays(void) {
 }
 
 /* A header and a blob store binary32, and a build of binary64 reads it. */
-static void a_bound_rounded_to_binary32_is_within(void) {
+TEST(a_bound_rounded_to_binary32_is_within) {
   size_t i;
   for (i = 0; i < LM_EFFECT_COUNT; ++i) {
     lm_real value[LM_EFFECT_VALUES_MAX];
@@ -549,7 +549,7 @@ static void a_bound_rounded_to_binary32_is_within(void) {
   }
 }
 
-static void values_out_of_bounds_are_refused_by_name(void) {
+TEST(values_out_of_bounds_are_refused_by_name) {
   lm_real value[] = {LM_REAL(2e-5), 0};
   lm_real zero = 0;
   TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE, lm_check_effect(&lm_effect_free_play, value, &fault));
@@ -571,7 +571,7 @@ static lm_real own_run(const lm_real *value, lm_real *own, const lm_conditions *
 static const lm_effect own_effect = {7u,      LM_EFFECT_ANGLE, 1,   1, LM_NEEDS_TORQUE,
                                      own_run, {{-1, 1}},       NULL};
 
-static void a_users_own_effect_runs_like_the_librarys(void) {
+TEST(a_users_own_effect_runs_like_the_librarys) {
   static const lm_real torque_Nm[] = {1, 2, 3};
   const lm_effect *table[] = {&lm_effect_wear, &own_effect};
   lm_recording recording;
@@ -588,7 +588,7 @@ static void a_users_own_effect_runs_like_the_librarys(void) {
   TEST_ASSERT_EQUAL_STRING("value", fault.input);
 }
 
-static void columns_that_are_missing_are_not_known(void) {
+TEST(columns_that_are_missing_are_not_known) {
   static const lm_real column[] = {1, 2};
   lm_recording recording;
   lm_conditions moment;
@@ -607,7 +607,7 @@ static void columns_that_are_missing_are_not_known(void) {
   TEST_ASSERT_TRUE(lm_read_conditions(&recording, 0).wound_Nm == 1);
 }
 
-static void unknown_conditions_switch_the_effects_off(void) {
+TEST(unknown_conditions_switch_the_effects_off) {
   static const lm_recording nothing_measured = {0};
   const lm_conditions unknown = lm_read_conditions(&nothing_measured, 0);
   int i;
@@ -625,33 +625,4 @@ static void unknown_conditions_switch_the_effects_off(void) {
       TEST_ASSERT_TRUE(effect->run(typical, memory, &unknown) == nothing_of(effect));
     }
   }
-}
-
-int main(void) {
-  UNITY_BEGIN();
-  RUN_TEST(every_effect_has_a_card_that_is_whole);
-  RUN_TEST(every_value_states_how_it_is_fitted);
-  RUN_TEST(twins_are_other_effects);
-  RUN_TEST(without_amplitude_an_effect_is_nothing);
-  RUN_TEST(linear_values_are_linear);
-  RUN_TEST(the_periodic_effects_follow_their_equations);
-  RUN_TEST(the_lobes_share_the_torque);
-  RUN_TEST(the_gaps_close_within_their_torque);
-  RUN_TEST(the_temperature_acts_on_stiffness_zero_and_friction);
-  RUN_TEST(the_wind_ups_follow_their_equations);
-  RUN_TEST(speed_moment_and_acceleration_act);
-  RUN_TEST(creep_follows_the_logarithm_and_returns);
-  RUN_TEST(load_dependent_friction_makes_a_bow_tie);
-  RUN_TEST(effects_in_the_mesh_see_what_friction_leaves);
-  RUN_TEST(sensor_lag_shifts_a_ramp);
-  RUN_TEST(a_lag_below_one_sample_is_seen_in_full);
-  RUN_TEST(a_jump_fades_with_the_lag);
-  RUN_TEST(friction_falls_with_the_rate);
-  RUN_TEST(ratcheting_counts_every_peak_once_and_stays);
-  RUN_TEST(a_bound_rounded_to_binary32_is_within);
-  RUN_TEST(values_out_of_bounds_are_refused_by_name);
-  RUN_TEST(a_users_own_effect_runs_like_the_librarys);
-  RUN_TEST(columns_that_are_missing_are_not_known);
-  RUN_TEST(unknown_conditions_switch_the_effects_off);
-  return UNITY_END();
 }

@@ -1,7 +1,8 @@
 #include "lostmotion/elementary.h"
 
 #include <math.h>
-#include <unity.h>
+
+#include "test.h"
 
 /* The bounds are those of the header; libm in double is the reference. In double the reference
  * itself has rounding errors (1.1e-16), which the bounds allow for. */
@@ -27,7 +28,7 @@ static void assert_within(double found, double expected, double bound) {
   TEST_ASSERT_TRUE_MESSAGE(difference <= bound, "further from libm than the header states");
 }
 
-static void sine_and_cosine_keep_their_bound(void) {
+TEST(sine_and_cosine_keep_their_bound) {
   double bound = IN_DOUBLE ? 4e-16 : 1.5e-7;
   int i;
   for (i = -800000; i <= 800000; ++i) {
@@ -40,7 +41,7 @@ static void sine_and_cosine_keep_their_bound(void) {
   }
 }
 
-static void sine_and_cosine_never_leave_their_range_by_more_than_rounding(void) {
+TEST(sine_and_cosine_never_leave_their_range_by_more_than_rounding) {
   lm_real top = 1 + (IN_DOUBLE ? LM_REAL(3e-16) : LM_REAL(1.2e-7));
   lm_real x;
   for (x = -10; x < 10; x += LM_REAL(1e-4)) {
@@ -49,7 +50,7 @@ static void sine_and_cosine_never_leave_their_range_by_more_than_rounding(void) 
   }
 }
 
-static void angles_without_meaning_count_as_zero(void) {
+TEST(angles_without_meaning_count_as_zero) {
   lm_real strange[4];
   int i;
   strange[0] = nan_of_the_type();
@@ -63,7 +64,7 @@ static void angles_without_meaning_count_as_zero(void) {
   }
 }
 
-static void the_exponential_keeps_its_bound(void) {
+TEST(the_exponential_keeps_its_bound) {
   double bound = IN_DOUBLE ? 1e-15 : 2.5e-7;
   int i;
   for (i = -870000; i <= 870000; ++i) {
@@ -75,7 +76,7 @@ static void the_exponential_keeps_its_bound(void) {
   }
 }
 
-static void the_exponential_is_held_at_its_ends(void) {
+TEST(the_exponential_is_held_at_its_ends) {
   TEST_ASSERT_TRUE(lm_exponential(LM_REAL(1e30)) == lm_exponential(87));
   TEST_ASSERT_TRUE(lm_exponential(LM_REAL(-1e30)) == lm_exponential(-87));
   TEST_ASSERT_TRUE(lm_exponential(nan_of_the_type()) == lm_exponential(-87));
@@ -83,7 +84,7 @@ static void the_exponential_is_held_at_its_ends(void) {
   TEST_ASSERT_TRUE(lm_exponential(0) == 1);
 }
 
-static void the_logarithm_keeps_its_bound(void) {
+TEST(the_logarithm_keeps_its_bound) {
   double bound = IN_DOUBLE ? 5e-16 : 2.5e-7;
   int i;
   for (i = -86000; i <= 86000; ++i) {
@@ -99,14 +100,14 @@ static void the_logarithm_keeps_its_bound(void) {
   TEST_ASSERT_TRUE(lm_logarithm(1) == 0);
 }
 
-static void the_logarithm_is_held_at_its_ends(void) {
+TEST(the_logarithm_is_held_at_its_ends) {
   TEST_ASSERT_TRUE(lm_logarithm(0) == lm_logarithm(LM_LOGARITHM_MIN));
   TEST_ASSERT_TRUE(lm_logarithm(-3) == lm_logarithm(LM_LOGARITHM_MIN));
   TEST_ASSERT_TRUE(lm_logarithm(nan_of_the_type()) == lm_logarithm(LM_LOGARITHM_MIN));
   TEST_ASSERT_TRUE(lm_logarithm(infinity_of_the_type()) == lm_logarithm(LM_LOGARITHM_MAX));
 }
 
-static void the_hyperbolic_tangent_keeps_its_bound(void) {
+TEST(the_hyperbolic_tangent_keeps_its_bound) {
   double bound = IN_DOUBLE ? 5e-16 : 2.5e-7;
   int i;
   for (i = -300000; i <= 300000; ++i) {
@@ -118,7 +119,7 @@ static void the_hyperbolic_tangent_keeps_its_bound(void) {
   TEST_ASSERT_TRUE(lm_hyperbolic_tangent(nan_of_the_type()) == -1);
 }
 
-static void the_relaxation_keeps_its_bound_down_to_the_smallest_steps(void) {
+TEST(the_relaxation_keeps_its_bound_down_to_the_smallest_steps) {
   double bound = IN_DOUBLE ? 1e-15 : 2.5e-7;
   int i;
   for (i = -3000; i <= 400; ++i) {
@@ -129,7 +130,7 @@ static void the_relaxation_keeps_its_bound_down_to_the_smallest_steps(void) {
   TEST_ASSERT_TRUE(lm_relaxation(nan_of_the_type()) == 1);
 }
 
-static void powers_keep_their_bound(void) {
+TEST(powers_keep_their_bound) {
   double unit = IN_DOUBLE ? 1e-15 : 2e-7;
   int i;
   int k;
@@ -145,19 +146,4 @@ static void powers_keep_their_bound(void) {
   TEST_ASSERT_TRUE(lm_power(0, -1) == 0);
   TEST_ASSERT_TRUE(lm_power(-1, 2) == 0);
   TEST_ASSERT_TRUE(lm_power(nan_of_the_type(), 2) == 0);
-}
-
-int main(void) {
-  UNITY_BEGIN();
-  RUN_TEST(sine_and_cosine_keep_their_bound);
-  RUN_TEST(sine_and_cosine_never_leave_their_range_by_more_than_rounding);
-  RUN_TEST(angles_without_meaning_count_as_zero);
-  RUN_TEST(the_exponential_keeps_its_bound);
-  RUN_TEST(the_exponential_is_held_at_its_ends);
-  RUN_TEST(the_logarithm_keeps_its_bound);
-  RUN_TEST(the_logarithm_is_held_at_its_ends);
-  RUN_TEST(the_hyperbolic_tangent_keeps_its_bound);
-  RUN_TEST(the_relaxation_keeps_its_bound_down_to_the_smallest_steps);
-  RUN_TEST(powers_keep_their_bound);
-  return UNITY_END();
 }

@@ -8,6 +8,7 @@
 #include "lostmotion/conjugate.h"
 #include "lostmotion/mesh.h"
 #include "reference_drives.h"
+#include "test.h"
 
 static lm_drive drive;
 static lm_geometry geometry;
@@ -112,7 +113,7 @@ static lm_real polar_of(const lm_flank_foot *foot) {
 
 /* --- one flank -------------------------------------------------------------------------------- */
 
-static void slope_and_curvature_are_those_of_the_points(void) {
+TEST(slope_and_curvature_are_those_of_the_points) {
   const lm_real step = LM_REAL(BOUND(1e-4, 1e-2));
   int kind;
   for (kind = 0; kind < 4; kind++) {
@@ -162,7 +163,7 @@ static void slope_and_curvature_are_those_of_the_points(void) {
   }
 }
 
-static void a_stated_tangent_is_the_flank_of_its_centres(void) {
+TEST(a_stated_tangent_is_the_flank_of_its_centres) {
   lm_flank centres;
   int i;
   start_arcs();
@@ -179,7 +180,7 @@ static void a_stated_tangent_is_the_flank_of_its_centres(void) {
   }
 }
 
-static void relief_thins_the_tip_alone(void) {
+TEST(relief_thins_the_tip_alone) {
   lm_flank plain;
   start_arcs();
   drive.flank.tip_relief_mm = LM_REAL(0.01);
@@ -194,7 +195,7 @@ static void relief_thins_the_tip_alone(void) {
               lm_evaluate_flank(&flank, flank.low_mm).across_mm);
 }
 
-static void an_involute_ends_at_its_base_circle(void) {
+TEST(an_involute_ends_at_its_base_circle) {
   start_arcs();
   drive.teeth.flexspline_flank = LM_FLANK_INVOLUTE;
   drive.teeth.pressure_angle_rad = LM_REAL(10) * DEGREE;
@@ -209,7 +210,7 @@ static void an_involute_ends_at_its_base_circle(void) {
   ASSERT_NEAR(0, geometry.flexspline_root_mm, flank.high_mm);
 }
 
-static void a_path_without_deviation_has_no_tangent(void) {
+TEST(a_path_without_deviation_has_no_tangent) {
   start_s_teeth();
   shape_teeth();
   drive.flank.kappa = LM_REAL(LM_KAPPA_MOST);
@@ -218,7 +219,7 @@ static void a_path_without_deviation_has_no_tangent(void) {
   TEST_ASSERT_TRUE(flank.s.straight_mm < LM_REAL(0.02) * drive.teeth.module_mm);
 }
 
-static void kinds_fit_one_gear_or_both(void) {
+TEST(kinds_fit_one_gear_or_both) {
   TEST_ASSERT_TRUE(lm_flank_fits(LM_FLANK_INVOLUTE, 0));
   TEST_ASSERT_TRUE(lm_flank_fits(LM_FLANK_INVOLUTE, 1));
   TEST_ASSERT_FALSE(lm_flank_fits(LM_FLANK_CONJUGATE, 0));
@@ -255,7 +256,7 @@ static void refuse_each(void (*start)(void), const refusal list[], int count, lm
   }
 }
 
-static void arcs_that_make_no_flank_are_refused(void) {
+TEST(arcs_that_make_no_flank_are_refused) {
   static const refusal contradictions[] = {
       {MEMBER(flank.rho_a), 1.7, 0, "flank.rho_a, flank.rho_f"},
       {MEMBER(flank.rho_a), 0.84, 15, "flank.rho_a, teeth.tooth_height"},
@@ -274,7 +275,7 @@ static void arcs_that_make_no_flank_are_refused(void) {
   refuse_each(start_arcs, ranges, 3, LM_OUT_OF_RANGE);
 }
 
-static void s_teeth_that_make_no_flank_are_refused(void) {
+TEST(s_teeth_that_make_no_flank_are_refused) {
   static const refusal contradictions[] = {
       {MEMBER(flank.kappa), 0.7, 0, "flank.kappa, teeth.root_clearance"},
       {MEMBER(flank.X_M), -0.45, 0, "flank.kappa, teeth.tooth_height"},
@@ -294,7 +295,7 @@ static void refuse_points(lm_status status, const char *input) {
   REFUSED(status, input, lm_make_flank(&drive, &geometry, 1, &flank, fault_or_null));
 }
 
-static void points_that_make_no_flank_are_refused(void) {
+TEST(points_that_make_no_flank_are_refused) {
   start_points();
   drive.flank.points = 0;
   refuse_points(LM_NULL, "flank.points");
@@ -362,7 +363,7 @@ static void make_all(void) {
   make_mesh();
 }
 
-static void a_conjugate_flank_touches_in_its_zones(void) {
+TEST(a_conjugate_flank_touches_in_its_zones) {
   static const lm_generator_type types[] = {LM_COSINE, LM_ELLIPSE, LM_DISCS, LM_ROLLERS};
   int k;
   for (k = 0; k < 4; k++) {
@@ -381,7 +382,7 @@ static void a_conjugate_flank_touches_in_its_zones(void) {
 
 /* Random arcs and S teeth: the flank is generated, and the tooth that generates it does not cross
  * it at its own nominal deflection. */
-static void a_tooth_does_not_cross_the_flank_that_it_generates(void) {
+TEST(a_tooth_does_not_cross_the_flank_that_it_generates) {
   uint32_t seed = 5;
   int made = 0;
   int n;
@@ -421,7 +422,7 @@ static void a_tooth_does_not_cross_the_flank_that_it_generates(void) {
 }
 
 /* With a ring wave generator: at every angle, and a bound of the clearance is below it. */
-static void a_space_of_a_ring_touches_the_tooth_that_it_leaves(void) {
+TEST(a_space_of_a_ring_touches_the_tooth_that_it_leaves) {
   int touching = 0;
   int bounds = 0;
   int i;
@@ -452,7 +453,7 @@ static void a_space_of_a_ring_touches_the_tooth_that_it_leaves(void) {
   TEST_ASSERT_GREATER_THAN_INT(20, bounds);
 }
 
-static void shift_and_backlash_displace_the_flank(void) {
+TEST(shift_and_backlash_displace_the_flank) {
   lm_conjugate plain;
   lm_conjugate moved;
   int piece;
@@ -488,7 +489,7 @@ static void shift_and_backlash_displace_the_flank(void) {
   }
 }
 
-static void tips_that_do_not_reach_are_refused(void) {
+TEST(tips_that_do_not_reach_are_refused) {
   lm_conjugate made;
   lm_conjugate_contact contact[2];
   int count;
@@ -558,7 +559,7 @@ static double largest_jump(lm_real side) {
 
 /* Towards the open end of a cup the tip reaches past the end of the flank that its own motion in
  * the middle of the face generates. */
-static void a_tip_at_the_end_of_the_flank_has_the_clearance_of_its_neighbours(void) {
+TEST(a_tip_at_the_end_of_the_flank_has_the_clearance_of_its_neighbours) {
   int reaches = 0;
   int k;
   for (k = 1; k <= 10; k++) {
@@ -622,7 +623,7 @@ static int count_bounds(lm_real phase_pitches) {
   return bounds;
 }
 
-static void far_pairs_have_lower_bounds(void) {
+TEST(far_pairs_have_lower_bounds) {
   int k;
   for (k = 0; k < 6; k++) {
     const lm_real phase = LM_REAL(k) / LM_REAL(6);
@@ -637,7 +638,7 @@ static void far_pairs_have_lower_bounds(void) {
 }
 
 /* The flank of the rigid gear, of either kind. */
-static void the_rigid_flank_is_the_one_of_its_kind(void) {
+TEST(the_rigid_flank_is_the_one_of_its_kind) {
   lm_involute_point found;
   lm_involute_point expected;
   start_arcs();
@@ -673,7 +674,7 @@ static void take_space(void) {
   }
 }
 
-static void points_of_a_space_have_its_clearances(void) {
+TEST(points_of_a_space_have_its_clearances) {
   lm_mesh stated;
   int i;
   start_arcs();
@@ -699,7 +700,7 @@ static void refuse_space(lm_status status, const char *input) {
 }
 
 /* The least angle between the points of an arc's flank and an involute space. */
-static void an_arc_in_an_involute_space_has_the_clearance_of_its_points(void) {
+TEST(an_arc_in_an_involute_space_has_the_clearance_of_its_points) {
   int i;
   start_arcs();
   drive.teeth.rigid_flank = LM_FLANK_INVOLUTE;
@@ -727,7 +728,7 @@ static void an_arc_in_an_involute_space_has_the_clearance_of_its_points(void) {
   }
 }
 
-static void all_sections_have_the_flank_of_the_middle(void) {
+TEST(all_sections_have_the_flank_of_the_middle) {
   static lm_mesh face[3];
   start_arcs();
   drive.flexspline.length_mm = LM_REAL(50);
@@ -740,7 +741,7 @@ static void all_sections_have_the_flank_of_the_middle(void) {
   REFUSED(LM_NULL, "meshes", lm_make_face(&drive, 3, LM_NEUTRAL_LINE_NODES, 0, fault_or_null));
 }
 
-static void spaces_that_make_no_mesh_are_refused(void) {
+TEST(spaces_that_make_no_mesh_are_refused) {
   lm_conjugate made;
   int i;
   start_arcs();
@@ -771,30 +772,4 @@ static void spaces_that_make_no_mesh_are_refused(void) {
   take_space();
   points.across_mm[9] = -0.1;
   refuse_space(LM_INCONSISTENT, "flank.rigid_points");
-}
-
-int main(void) {
-  UNITY_BEGIN();
-  RUN_TEST(slope_and_curvature_are_those_of_the_points);
-  RUN_TEST(a_stated_tangent_is_the_flank_of_its_centres);
-  RUN_TEST(relief_thins_the_tip_alone);
-  RUN_TEST(an_involute_ends_at_its_base_circle);
-  RUN_TEST(a_path_without_deviation_has_no_tangent);
-  RUN_TEST(kinds_fit_one_gear_or_both);
-  RUN_TEST(arcs_that_make_no_flank_are_refused);
-  RUN_TEST(s_teeth_that_make_no_flank_are_refused);
-  RUN_TEST(points_that_make_no_flank_are_refused);
-  RUN_TEST(a_conjugate_flank_touches_in_its_zones);
-  RUN_TEST(a_tooth_does_not_cross_the_flank_that_it_generates);
-  RUN_TEST(a_space_of_a_ring_touches_the_tooth_that_it_leaves);
-  RUN_TEST(shift_and_backlash_displace_the_flank);
-  RUN_TEST(tips_that_do_not_reach_are_refused);
-  RUN_TEST(a_tip_at_the_end_of_the_flank_has_the_clearance_of_its_neighbours);
-  RUN_TEST(far_pairs_have_lower_bounds);
-  RUN_TEST(the_rigid_flank_is_the_one_of_its_kind);
-  RUN_TEST(points_of_a_space_have_its_clearances);
-  RUN_TEST(an_arc_in_an_involute_space_has_the_clearance_of_its_points);
-  RUN_TEST(all_sections_have_the_flank_of_the_middle);
-  RUN_TEST(spaces_that_make_no_mesh_are_refused);
-  return UNITY_END();
 }

@@ -1,10 +1,10 @@
 /* The build for controllers without a torque: one play, driven by the commanded angle. */
 #include <string.h>
-#include <unity.h>
 
 #include "draw.h"
 
 #include "lostmotion/runtime.h"
+#include "test.h"
 
 #define HALF_GAP LM_REAL(1.5e-4) /* rad */
 #define ANGLE_LIMIT 10           /* rad */
@@ -58,7 +58,7 @@ static lm_correction rest(lm_real angle_rad, int ticks) {
   return now;
 }
 
-static void the_gap_is_crossed_after_each_reversal(void) {
+TEST(the_gap_is_crossed_after_each_reversal) {
   lm_correction now = rest(LM_REAL(0.5), 500);
   TEST_ASSERT_TRUE(distance(now.lost_motion_rad, -HALF_GAP) < ROUNDING);
   TEST_ASSERT_TRUE(distance(now.correction_rad, HALF_GAP) < LM_REAL(1e-7));
@@ -69,7 +69,7 @@ static void the_gap_is_crossed_after_each_reversal(void) {
 }
 
 /* Dither within the gap moves nothing on the far side: output = angle + lost motion is at rest. */
-static void dither_within_the_gap_leaves_the_output_where_it_is(void) {
+TEST(dither_within_the_gap_leaves_the_output_where_it_is) {
   lm_real stood = LM_REAL(0.25) + rest(LM_REAL(0.25), 10).lost_motion_rad;
   int k;
   for (k = 0; k < 1000; ++k) {
@@ -78,7 +78,7 @@ static void dither_within_the_gap_leaves_the_output_where_it_is(void) {
   }
 }
 
-static void the_lost_motion_never_leaves_the_gap(void) {
+TEST(the_lost_motion_never_leaves_the_gap) {
   int k;
   for (k = 0; k < 100000; ++k) {
     lm_correction now = go_to(draw(-12, 12) * draw(0, 1));
@@ -88,7 +88,7 @@ static void the_lost_motion_never_leaves_the_gap(void) {
   }
 }
 
-static void one_big_step_is_many_small_ones_and_wipes_out_what_was(void) {
+TEST(one_big_step_is_many_small_ones_and_wipes_out_what_was) {
   lm_memory fine = joint.memory;
   lm_memory coarse;
   int k;
@@ -105,7 +105,7 @@ static void one_big_step_is_many_small_ones_and_wipes_out_what_was(void) {
   TEST_ASSERT_EQUAL_MEMORY(&coarse, &fine, sizeof fine);
 }
 
-static void no_gap_is_the_identity(void) {
+TEST(no_gap_is_the_identity) {
   lm_real angle;
   make_parameters(&parameters, 0);
   TEST_ASSERT_EQUAL(LM_OK, lm_start_compensator(&joint, &parameters, 0, &fault));
@@ -116,7 +116,7 @@ static void no_gap_is_the_identity(void) {
 }
 
 /* A play inside shares the torque with an elasticity, which this profile does not have. */
-static void a_play_inside_moves_nothing(void) {
+TEST(a_play_inside_moves_nothing) {
   lm_play play;
   lm_real angle;
   play.radius_Nm = HALF_GAP;
@@ -129,7 +129,7 @@ static void a_play_inside_moves_nothing(void) {
   }
 }
 
-static void a_recording_is_its_samples_one_by_one(void) {
+TEST(a_recording_is_its_samples_one_by_one) {
   static lm_real commanded[2000], whole[2000];
   lm_recording recording = {0};
   lm_memory apart = joint.memory;
@@ -152,7 +152,7 @@ static void a_recording_is_its_samples_one_by_one(void) {
   TEST_ASSERT_TRUE(whole[0] == 0 && whole[1999] == 0);
 }
 
-static void evaluating_commits_nothing(void) {
+TEST(evaluating_commits_nothing) {
   lm_memory before = joint.memory;
   lm_memory trial;
   lm_real angle;
@@ -162,7 +162,7 @@ static void evaluating_commits_nothing(void) {
   TEST_ASSERT_TRUE(lm_step_model(&parameters, &joint.memory, &at) == angle);
 }
 
-static void the_uncertainty_is_half_the_gap_until_it_was_crossed(void) {
+TEST(the_uncertainty_is_half_the_gap_until_it_was_crossed) {
   TEST_ASSERT_TRUE(distance(lm_bound_uncertainty(&joint), HALF_GAP) < ROUNDING);
   go_to(HALF_GAP);
   TEST_ASSERT_TRUE(lm_bound_uncertainty(&joint) > LM_REAL(0.4) * HALF_GAP);
@@ -172,7 +172,7 @@ static void the_uncertainty_is_half_the_gap_until_it_was_crossed(void) {
   TEST_ASSERT_FALSE(go_to(0).status & LM_STATE_MEMORY_UNKNOWN);
 }
 
-static void angles_without_meaning_are_refused_or_clipped(void) {
+TEST(angles_without_meaning_are_refused_or_clipped) {
   lm_real zero = 0;
   lm_real kept = go_to(LM_REAL(0.2)).lost_motion_rad;
   lm_correction now = go_to(zero / zero);
@@ -186,7 +186,7 @@ static void angles_without_meaning_are_refused_or_clipped(void) {
 }
 
 /* The other conditions do not reach the model: it has no effects to use them. */
-static void other_conditions_do_not_matter(void) {
+TEST(other_conditions_do_not_matter) {
   lm_real zero = 0;
   at.torque_Nm = zero / zero;
   at.temperature_C = 1 / zero;
@@ -194,7 +194,7 @@ static void other_conditions_do_not_matter(void) {
   TEST_ASSERT_FALSE(go_to(LM_REAL(0.1)).status & LM_STATE_INPUT_REFUSED);
 }
 
-static void holding_resetting_and_saving_lose_nothing(void) {
+TEST(holding_resetting_and_saving_lose_nothing) {
   lm_compensator other;
   lm_saved saved;
   rest(LM_REAL(0.4), 100);
@@ -210,7 +210,7 @@ static void holding_resetting_and_saving_lose_nothing(void) {
   TEST_ASSERT_TRUE(distance(rest(LM_REAL(0.35), 800).correction_rad, HALF_GAP) < LM_REAL(1e-7));
 }
 
-static void the_binary_form_is_read_unchanged_and_a_curve_is_refused(void) {
+TEST(the_binary_form_is_read_unchanged_and_a_curve_is_refused) {
   static uint8_t blob[LM_BLOB_BYTES_MAX];
   lm_parameters loaded;
   size_t length = 0;
@@ -231,7 +231,7 @@ static void the_binary_form_is_read_unchanged_and_a_curve_is_refused(void) {
   TEST_ASSERT_EQUAL(LM_NEEDS_OUTPUT_ANGLE, lm_find_needs(&loaded));
 }
 
-static void a_change_of_parameters_makes_no_step(void) {
+TEST(a_change_of_parameters_makes_no_step) {
   static lm_parameters wider;
   lm_correction before = rest(LM_REAL(0.5), 500);
   lm_correction now;
@@ -244,7 +244,7 @@ static void a_change_of_parameters_makes_no_step(void) {
   TEST_ASSERT_TRUE(distance(now.correction_rad, 2 * HALF_GAP) < LM_REAL(1e-7));
 }
 
-static void the_watch_fades_a_gap_out_that_is_not_there(void) {
+TEST(the_watch_fades_a_gap_out_that_is_not_there) {
   int k;
   lm_correction now = go_to(0);
   for (k = 0; k < 8000; ++k) {
@@ -257,7 +257,7 @@ static void the_watch_fades_a_gap_out_that_is_not_there(void) {
 
 /* The command continues for 500 turns within a limit of less than two, as the host takes each turn
  * off it: the motion is the one of a joint that never left the first turn. */
-static void a_joint_that_turns_endlessly_keeps_its_gap(void) {
+TEST(a_joint_that_turns_endlessly_keeps_its_gap) {
   const lm_real turn = 2 * LM_PI;
   lm_real angle = 0;
   lm_real step = turn / 50;
@@ -280,7 +280,7 @@ static void a_joint_that_turns_endlessly_keeps_its_gap(void) {
 }
 
 /* Within the gap, also while the position in the gap is unknown. */
-static void a_shift_changes_nothing_but_the_reference(void) {
+TEST(a_shift_changes_nothing_but_the_reference) {
   lm_real shift;
   for (shift = -6; shift < 7; shift += 2) {
     lm_real angle = LM_REAL(0.3) * HALF_GAP;
@@ -304,7 +304,7 @@ static void a_shift_changes_nothing_but_the_reference(void) {
   }
 }
 
-static void what_was_swept_ends_at_the_limit(void) {
+TEST(what_was_swept_ends_at_the_limit) {
   lm_saved saved;
   (void)rest(-9, 1);
   (void)rest(1, 1);
@@ -323,7 +323,7 @@ static void what_was_swept_ends_at_the_limit(void) {
   TEST_ASSERT_TRUE(lm_bound_uncertainty(&joint) == 0);
 }
 
-static void a_shift_without_meaning_is_refused(void) {
+TEST(a_shift_without_meaning_is_refused) {
   lm_real zero = 0;
   lm_compensator before;
   (void)rest(LM_REAL(0.5), 20);
@@ -341,33 +341,8 @@ static void a_shift_without_meaning_is_refused(void) {
   TEST_ASSERT_EQUAL_MEMORY(&before, &joint, sizeof before);
 }
 
-static void bad_parameters_do_not_start(void) {
+TEST(bad_parameters_do_not_start) {
   parameters.plays.slot[0].radius_Nm = -1;
   TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE, lm_start_compensator(&joint, &parameters, 0, &fault));
   TEST_ASSERT_EQUAL_STRING("radius_Nm", fault.input);
-}
-
-int main(void) {
-  UNITY_BEGIN();
-  RUN_TEST(the_gap_is_crossed_after_each_reversal);
-  RUN_TEST(dither_within_the_gap_leaves_the_output_where_it_is);
-  RUN_TEST(the_lost_motion_never_leaves_the_gap);
-  RUN_TEST(one_big_step_is_many_small_ones_and_wipes_out_what_was);
-  RUN_TEST(no_gap_is_the_identity);
-  RUN_TEST(a_play_inside_moves_nothing);
-  RUN_TEST(a_recording_is_its_samples_one_by_one);
-  RUN_TEST(evaluating_commits_nothing);
-  RUN_TEST(the_uncertainty_is_half_the_gap_until_it_was_crossed);
-  RUN_TEST(angles_without_meaning_are_refused_or_clipped);
-  RUN_TEST(other_conditions_do_not_matter);
-  RUN_TEST(holding_resetting_and_saving_lose_nothing);
-  RUN_TEST(the_binary_form_is_read_unchanged_and_a_curve_is_refused);
-  RUN_TEST(a_change_of_parameters_makes_no_step);
-  RUN_TEST(the_watch_fades_a_gap_out_that_is_not_there);
-  RUN_TEST(a_joint_that_turns_endlessly_keeps_its_gap);
-  RUN_TEST(a_shift_changes_nothing_but_the_reference);
-  RUN_TEST(what_was_swept_ends_at_the_limit);
-  RUN_TEST(a_shift_without_meaning_is_refused);
-  RUN_TEST(bad_parameters_do_not_start);
-  return UNITY_END();
 }

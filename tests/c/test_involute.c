@@ -1,8 +1,7 @@
 #include "lostmotion/involute.h"
 
-#include <unity.h>
-
 #include "reference_drives.h"
+#include "test.h"
 
 static lm_fault fault;
 static lm_geometry geometry;
@@ -29,7 +28,7 @@ static double inv(double angle) {
 
 /* Half angle pi/(2z) + 2 x tan(alpha)/z + inv(alpha) - inv(arccos(r_b/rho)), by definition.
  */
-static void half_angles_are_those_of_the_involute(void) {
+TEST(half_angles_are_those_of_the_involute) {
   int k;
   int i;
   for (k = 0; k < 200; k++) {
@@ -55,14 +54,14 @@ static void half_angles_are_those_of_the_involute(void) {
 }
 
 /* Without shift, half of the pitch is tooth and half is space on the reference circle. */
-static void tooth_and_space_are_equal_on_the_reference_circle(void) {
+TEST(tooth_and_space_are_equal_on_the_reference_circle) {
   const lm_involute flank = lm_make_involute(LM_REAL(0.25), 200, LM_REAL(20) * DEGREE, 0);
   ASSERT_NEAR(BOUND(1e-16, 1e-7), LM_PI / 400, lm_evaluate_involute(&flank, 25).half_angle_rad);
 }
 
 /* The involute is the path of a string unrolled from the base circle: after a roll t its end is at
  * r_b (cos t + t sin t, sin t - t cos t). */
-static void the_flank_is_an_unrolled_string(void) {
+TEST(the_flank_is_an_unrolled_string) {
   const lm_involute flank = lm_make_involute(LM_REAL(1), 40, LM_REAL(20) * DEGREE, LM_REAL(0.5));
   const double base = (double)flank.base_mm;
   int i;
@@ -78,7 +77,7 @@ static void the_flank_is_an_unrolled_string(void) {
 }
 
 /* d xi / d rho = -tangent / rho. */
-static void the_half_angle_falls_by_the_tangent_over_the_radius(void) {
+TEST(the_half_angle_falls_by_the_tangent_over_the_radius) {
   const lm_involute flank = lm_make_involute(LM_REAL(0.25), 200, LM_REAL(20) * DEGREE, 3);
   const double step = BOUND(1e-5, 0.02);
   int i;
@@ -93,7 +92,7 @@ static void the_half_angle_falls_by_the_tangent_over_the_radius(void) {
 }
 
 /* Series below tan a = 0.3, difference above it: both are equal there. */
-static void the_series_joins_the_difference(void) {
+TEST(the_series_joins_the_difference) {
   lm_involute flank;
   double below;
   double above;
@@ -106,7 +105,7 @@ static void the_series_joins_the_difference(void) {
   ASSERT_NEAR(BOUND(5e-13, 6e-7), below, above);
 }
 
-static void on_and_below_the_base_circle_nothing_changes(void) {
+TEST(on_and_below_the_base_circle_nothing_changes) {
   const lm_involute flank = lm_make_involute(LM_REAL(0.25), 200, LM_REAL(20) * DEGREE, 3);
   int i;
   for (i = 0; i < 3; i++) {
@@ -120,7 +119,7 @@ static void on_and_below_the_base_circle_nothing_changes(void) {
 /* --- radii ------------------------------------------------------------------------------------ */
 
 /* check_values.md, reference drive A. */
-static void the_radii_of_reference_a(void) {
+TEST(the_radii_of_reference_a) {
   const lm_drive drive = reference_a();
   const double bound = BOUND(5e-6, 8e-6);
   make(&drive);
@@ -141,7 +140,7 @@ static void the_radii_of_reference_a(void) {
 }
 
 /* check_values.md, reference drive E: r_fr, r_ar, r_af, r_ff, r_m of reference E. */
-static void the_radii_of_reference_e(void) {
+TEST(the_radii_of_reference_e) {
   const lm_drive drive = reference_e();
   const double bound = BOUND(1e-12, 8e-6);
   const double root = 0.25 * 200 / 2 + 0.25 * (3.05 - 1 - 0.35);
@@ -159,7 +158,7 @@ static void the_radii_of_reference_e(void) {
   ASSERT_NEAR(BOUND(1e-15, 1e-8), -2.0 / 200, geometry.lead_per_angle);
 }
 
-static void radii_are_in_proportion_to_the_module(void) {
+TEST(radii_are_in_proportion_to_the_module) {
   lm_geometry one;
   lm_drive drive = reference_a();
   make(&drive);
@@ -189,7 +188,7 @@ static lm_status refused(const lm_drive *drive) {
 }
 
 /* A strong negative shift puts a tip below the base circle. */
-static void tips_below_the_base_circle_are_refused(void) {
+TEST(tips_below_the_base_circle_are_refused) {
   lm_drive drive = reference_a();
   drive.teeth.engagement_depth = LM_REAL(9.5); /* reference A's rigid tip is 8.2 m above its base */
   TEST_ASSERT_EQUAL(LM_INCONSISTENT, refused(&drive));
@@ -215,7 +214,7 @@ static void tips_below_the_base_circle_are_refused(void) {
   TEST_ASSERT_EQUAL(LM_INCONSISTENT, refused(&drive));
 }
 
-static void null_is_refused(void) {
+TEST(null_is_refused) {
   const lm_drive drive = reference_a();
   TEST_ASSERT_EQUAL(LM_NULL, lm_make_geometry(0, 1, 1, &geometry, &fault));
   TEST_ASSERT_EQUAL_STRING("teeth", fault.input);
@@ -223,20 +222,4 @@ static void null_is_refused(void) {
   TEST_ASSERT_EQUAL_STRING("geometry", fault.input);
   TEST_ASSERT_EQUAL(LM_NULL, fault.status);
   TEST_ASSERT_EQUAL(LM_NULL, lm_make_geometry(&drive.teeth, 1, 1, 0, 0));
-}
-
-int main(void) {
-  UNITY_BEGIN();
-  RUN_TEST(half_angles_are_those_of_the_involute);
-  RUN_TEST(tooth_and_space_are_equal_on_the_reference_circle);
-  RUN_TEST(the_flank_is_an_unrolled_string);
-  RUN_TEST(the_half_angle_falls_by_the_tangent_over_the_radius);
-  RUN_TEST(the_series_joins_the_difference);
-  RUN_TEST(on_and_below_the_base_circle_nothing_changes);
-  RUN_TEST(the_radii_of_reference_a);
-  RUN_TEST(the_radii_of_reference_e);
-  RUN_TEST(radii_are_in_proportion_to_the_module);
-  RUN_TEST(tips_below_the_base_circle_are_refused);
-  RUN_TEST(null_is_refused);
-  return UNITY_END();
 }

@@ -2,6 +2,7 @@
 #include "lostmotion/load_capacity.h"
 
 #include "reference_drives.h"
+#include "test.h"
 
 static lm_design_workspace workspace;
 static lm_contributions at[1];
@@ -19,7 +20,7 @@ static lm_drive size20(void) {
 }
 
 /* NASA SP-8007: 0.747 * 0.67 E (t/r)^1.25 (r/l)^0.5, torque 2 pi r^2 t tau. */
-static void the_wall_buckles_as_a_thin_cylinder(void) {
+TEST(the_wall_buckles_as_a_thin_cylinder) {
   lm_drive drive = size20();
   double slender;
   double tau;
@@ -33,7 +34,7 @@ static void the_wall_buckles_as_a_thin_cylinder(void) {
 
 /* The strip is clamped at the hub; its other end turns by w / L and shifts by r w / (4 L). The
  * bending is inversely proportional to the length of the cup. */
-static void coning_falls_with_the_length_of_the_cup(void) {
+TEST(coning_falls_with_the_length_of_the_cup) {
   lm_drive drive = size20();
   lm_real shorter;
   drive.flexspline.wall_thickness_mm = LM_REAL(0.35);
@@ -46,7 +47,7 @@ static void coning_falls_with_the_length_of_the_cup(void) {
 }
 
 /* ISO 281 with b_m = 1.3 and f_c = 54; a third of the load is 27 times the life. */
-static void life_falls_with_the_cube_of_the_load(void) {
+TEST(life_falls_with_the_cube_of_the_load) {
   const lm_drive drive = size20();
   lm_load load;
   double force;
@@ -63,7 +64,7 @@ static void life_falls_with_the_cube_of_the_load(void) {
 }
 
 /* Share times normal forces; the deflection of the ratcheting torque is the depth. */
-static void the_loads_are_those_of_the_torque(void) {
+TEST(the_loads_are_those_of_the_torque) {
   lm_drive drive = size20();
   const lm_real torque[1] = {40};
   lm_load load;
@@ -90,7 +91,7 @@ static void the_loads_are_those_of_the_torque(void) {
 }
 
 /* The pairs at the edges of the face take part, unless the middle alone is requested. */
-static void the_rated_load_is_that_of_the_face(void) {
+TEST(the_rated_load_is_that_of_the_face) {
   lm_drive drive = size20();
   lm_load load[4];
   int sections;
@@ -111,7 +112,7 @@ static void the_rated_load_is_that_of_the_face(void) {
 
 /* Usual: a cone, and the torque passes from the inner edge through the rim. Even: a very long cup,
  * whose rim does not twist. */
-static void the_edge_of_a_cone_carries_more_of_the_load(void) {
+TEST(the_edge_of_a_cone_carries_more_of_the_load) {
   lm_drive drive = size20();
   lm_load load;
   drive.teeth.rigid_shift = LM_REAL(3.2);
@@ -126,7 +127,7 @@ static void the_edge_of_a_cone_carries_more_of_the_load(void) {
   TEST_ASSERT_TRUE(load.section_share == LM_REAL(1));
 }
 
-static void a_higher_load_is_a_higher_stress(void) {
+TEST(a_higher_load_is_a_higher_stress) {
   lm_drive drive = size20();
   lm_load low;
   lm_load high;
@@ -139,7 +140,7 @@ static void a_higher_load_is_a_higher_stress(void) {
   TEST_ASSERT_TRUE(high.deflection_mm > low.deflection_mm);
 }
 
-static void nonsense_is_refused(void) {
+TEST(nonsense_is_refused) {
   const lm_drive drive = size20();
   lm_load load;
   TEST_ASSERT_EQUAL(LM_NULL, lm_measure_load(0, 40, &workspace, &load, &fault));
@@ -148,17 +149,4 @@ static void nonsense_is_refused(void) {
   TEST_ASSERT_EQUAL(LM_NO_CONTACT, lm_measure_load(&drive, 40, &workspace, &load, &fault));
   TEST_ASSERT_EQUAL(LM_NULL, lm_find_rated_load(&drive, 1, 0, &load, &fault));
   TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE, lm_find_rated_load(&drive, 0, &workspace, &load, &fault));
-}
-
-int main(void) {
-  UNITY_BEGIN();
-  RUN_TEST(the_wall_buckles_as_a_thin_cylinder);
-  RUN_TEST(coning_falls_with_the_length_of_the_cup);
-  RUN_TEST(life_falls_with_the_cube_of_the_load);
-  RUN_TEST(the_loads_are_those_of_the_torque);
-  RUN_TEST(the_rated_load_is_that_of_the_face);
-  RUN_TEST(the_edge_of_a_cone_carries_more_of_the_load);
-  RUN_TEST(a_higher_load_is_a_higher_stress);
-  RUN_TEST(nonsense_is_refused);
-  return UNITY_END();
 }

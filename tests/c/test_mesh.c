@@ -1,8 +1,7 @@
 #include "lostmotion/mesh.h"
 
-#include <unity.h>
-
 #include "reference_drives.h"
+#include "test.h"
 
 static lm_fault fault;
 static lm_mesh mesh;
@@ -50,7 +49,7 @@ static const printed_gap reference_a_gaps[] = {
     {50, 1.614, 1.216, 1.877, 25.788}};
 #define REFERENCE_A_GAPS ((int)(sizeof reference_a_gaps / sizeof reference_a_gaps[0]))
 
-static void the_gaps_of_reference_a(void) {
+TEST(the_gaps_of_reference_a) {
   static const lm_generator_type types[] = {LM_DISCS, LM_COSINE, LM_ROLLERS};
   int k;
   int i;
@@ -81,7 +80,7 @@ static void the_gaps_of_reference_a(void) {
 }
 
 /* check_values.md, reference drive E: polygons rotated until they touch. */
-static void the_gaps_of_reference_e(void) {
+TEST(the_gaps_of_reference_e) {
   static const double angle[] = {-20, -10, 0, 5, 10, 20, 30, 40, 50};
   static const double gap[] = {1.893, .567, .090, .282, .905, 3.733, 9.119, 17.519, 28.646};
   const lm_drive drive = reference_e();
@@ -95,7 +94,7 @@ static void the_gaps_of_reference_e(void) {
 
 /* check_values.md, axial sections: smallest gap of an axial section, scanned in steps of
  * 0.25 deg. */
-static void the_smallest_gap_of_a_section(void) {
+TEST(the_smallest_gap_of_a_section) {
   static const double factor[] = {.89, .95, 1, 1.05, 1.11, 1.26};
   static const double printed[] = {-1.04, .21, 0, -.57, -1.33, -3.51};
   const lm_drive drive = reference_a();
@@ -113,7 +112,7 @@ static void the_smallest_gap_of_a_section(void) {
 
 /* check_values.md, reference drive A: change of j per loss of the whole deformation, metal
  * fixed. */
-static void a_smaller_wave_opens_near_teeth_and_closes_far_ones(void) {
+TEST(a_smaller_wave_opens_near_teeth_and_closes_far_ones) {
   static const double printed[] = {.417, .268, .054, -.171, -.384};
   const lm_drive drive = reference_a();
   const double loss = BOUND(1e-4, 1e-3); /* mm */
@@ -133,7 +132,7 @@ static void a_smaller_wave_opens_near_teeth_and_closes_far_ones(void) {
 
 /* check_values.md, neutral line: the ellipse differs from the cosine by at most 6 arcsec up to 45
  * deg. */
-static void the_elliptical_cam_is_nearly_the_cosine(void) {
+TEST(the_elliptical_cam_is_nearly_the_cosine) {
   lm_drive drive = reference_a();
   double gap[19];
   int i;
@@ -239,7 +238,7 @@ static int compare_with_samples(const lm_drive *drive) {
 }
 
 /* Internal and external drives of any size. */
-static void the_gap_is_the_smallest_over_the_common_radii(void) {
+TEST(the_gap_is_the_smallest_over_the_common_radii) {
   int compared = 0;
   int round;
   for (round = 0; round < 60; round++) {
@@ -252,7 +251,7 @@ static void the_gap_is_the_smallest_over_the_common_radii(void) {
 /* If the flanks fit so well that the curvature of the gap is below float32's rounding, it is zero
  * or negative at a few minima of random drives: Newton steps must not use it. In double the same
  * drives are ordinary. */
-static void a_gap_without_a_bend_keeps_its_minimum(void) {
+TEST(a_gap_without_a_bend_keeps_its_minimum) {
   static const struct {
     int external;
     double shift, rigid_shift, height, depth, pressure_deg, wave, angle;
@@ -285,7 +284,7 @@ static void a_gap_without_a_bend_keeps_its_minimum(void) {
 }
 
 /* With few teeth and no shift the root circle lies inside the base circle, where the flank ends. */
-static void a_flank_ends_on_its_base_circle(void) {
+TEST(a_flank_ends_on_its_base_circle) {
   lm_drive drive = reference_a();
   drive.teeth.flexspline_teeth = 32;
   drive.teeth.rigid_teeth = 34;
@@ -306,7 +305,7 @@ static void a_flank_ends_on_its_base_circle(void) {
 
 /* The same contact in the coordinates of the rigid gear: the flank angle is the pressure angle
  * minus the half angle there. */
-static void the_flank_angle_belongs_to_the_radius_of_contact(void) {
+TEST(the_flank_angle_belongs_to_the_radius_of_contact) {
   const lm_drive drive = reference_a();
   int i;
   make(&drive, 1);
@@ -321,7 +320,7 @@ static void the_flank_angle_belongs_to_the_radius_of_contact(void) {
 
 /* --- properties ------------------------------------------------------------------------------- */
 
-static void angles_do_not_depend_on_the_module(void) {
+TEST(angles_do_not_depend_on_the_module) {
   static const double scale[] = {2, 4, 40};
   lm_drive drive = reference_a();
   double gap[13];
@@ -349,7 +348,7 @@ static void angles_do_not_depend_on_the_module(void) {
 
 /* Section 2.3: x2 changes every gap of every tooth by 2 dx2 tan(alpha) / z2, 12.4 arcmin
  * per unit. */
-static void the_rigid_shift_opens_all_gaps_alike(void) {
+TEST(the_rigid_shift_opens_all_gaps_alike) {
   static const double shifts[] = {-0.2, -0.05, 0.05, 0.2};
   int k;
   int i;
@@ -375,7 +374,7 @@ static void the_rigid_shift_opens_all_gaps_alike(void) {
 }
 
 /* Steps of 0.05 deg: no jump, through every change of the corner in contact. */
-static void gaps_are_continuous_in_the_angle(void) {
+TEST(gaps_are_continuous_in_the_angle) {
   int external;
   for (external = 0; external < 2; external++) {
     const lm_drive drive = external ? reference_e() : reference_a();
@@ -391,7 +390,7 @@ static void gaps_are_continuous_in_the_angle(void) {
   }
 }
 
-static void far_teeth_do_not_overlap(void) {
+TEST(far_teeth_do_not_overlap) {
   const lm_drive drive = reference_a();
   int i;
   make(&drive, 1);
@@ -407,7 +406,7 @@ static void far_teeth_do_not_overlap(void) {
 }
 
 /* Both lobes are equal: the opposite tooth meets its own space in the same way. */
-static void clearances_repeat_every_half_turn(void) {
+TEST(clearances_repeat_every_half_turn) {
   int round;
   for (round = 0; round < 20; round++) {
     const lm_drive drive = random_drive();
@@ -430,7 +429,7 @@ static void clearances_repeat_every_half_turn(void) {
   }
 }
 
-static void any_finite_angle_has_a_clearance(void) {
+TEST(any_finite_angle_has_a_clearance) {
   const lm_drive drive = reference_a();
   int i;
   make(&drive, 1);
@@ -441,7 +440,7 @@ static void any_finite_angle_has_a_clearance(void) {
   }
 }
 
-static void more_nodes_do_not_change_the_gaps(void) {
+TEST(more_nodes_do_not_change_the_gaps) {
   int external;
   for (external = 0; external < 2; external++) {
     const lm_drive drive = external ? reference_e() : reference_a();
@@ -468,7 +467,7 @@ static int list(double phase_rad) {
   return count;
 }
 
-static void a_lobe_lists_every_tooth_in_its_order(void) {
+TEST(a_lobe_lists_every_tooth_in_its_order) {
   static const int teeth[] = {30, 32, 200, 638, 640};
   int k;
   for (k = 0; k < 5; k++) {
@@ -499,7 +498,7 @@ static void a_lobe_lists_every_tooth_in_its_order(void) {
   }
 }
 
-static void the_phase_repeats_every_pitch(void) {
+TEST(the_phase_repeats_every_pitch) {
   const lm_drive drive = reference_a();
   const double pitch = 2 * 3.14159265358979323846 / 200;
   lm_clearance before[LM_LOBE_TEETH_MAX];
@@ -521,7 +520,7 @@ static void the_phase_repeats_every_pitch(void) {
 }
 
 /* Phases p and -p mirror each other, the flanks exchanged. */
-static void the_lobe_mirrors(void) {
+TEST(the_lobe_mirrors) {
   int external;
   for (external = 0; external < 2; external++) {
     const lm_drive drive = external ? reference_e() : reference_a();
@@ -542,7 +541,7 @@ static void the_lobe_mirrors(void) {
 }
 
 /* A tooth within rounding of 90 deg is at 90 deg, at either end. */
-static void teeth_at_ninety_degrees_are_listed_at_both_ends(void) {
+TEST(teeth_at_ninety_degrees_are_listed_at_both_ends) {
   const lm_drive drive = reference_a();
   const double pitch = 2 * 3.14159265358979323846 / 200;
   make(&drive, 1);
@@ -556,7 +555,7 @@ static void teeth_at_ninety_degrees_are_listed_at_both_ends(void) {
   TEST_ASSERT_EQUAL(100, list(0.5 * pitch));
 }
 
-static void any_finite_phase_lists_a_lobe(void) {
+TEST(any_finite_phase_lists_a_lobe) {
   const lm_drive drive = reference_a();
   int i;
   make(&drive, 1);
@@ -569,7 +568,7 @@ static void any_finite_phase_lists_a_lobe(void) {
 
 /* --- sections --------------------------------------------------------------------------------- */
 
-static void sections_stand_equally_spaced_with_both_edges(void) {
+TEST(sections_stand_equally_spaced_with_both_edges) {
   TEST_ASSERT_TRUE(lm_section_place(0, 1) == LM_REAL(0.5));
   TEST_ASSERT_TRUE(lm_section_place(0, 5) == 0);
   TEST_ASSERT_TRUE(lm_section_place(1, 5) == LM_REAL(0.25));
@@ -577,7 +576,7 @@ static void sections_stand_equally_spaced_with_both_edges(void) {
 }
 
 /* Straight generatrix, check_values.md, axial sections: b = 10 at L = 22 mm gives 1 -+ 5/22. */
-static void the_deflection_grows_with_the_distance_from_the_cup(void) {
+TEST(the_deflection_grows_with_the_distance_from_the_cup) {
   lm_drive drive = reference_a();
   drive.flexspline.length_mm = 22;
   ASSERT_NEAR(BOUND(1e-15, 1e-7), 1, lm_section_factor(&drive, 0, 1));
@@ -603,7 +602,7 @@ static void assert_fault_range(lm_real value, lm_real low, lm_real high) {
   TEST_ASSERT_TRUE(fault.high == high);
 }
 
-static void meshes_refuse_nonsense_and_write_nothing(void) {
+TEST(meshes_refuse_nonsense_and_write_nothing) {
   static lm_mesh before;
   const lm_real nan = LM_REAL(NAN);
   lm_drive drive = reference_a();
@@ -625,7 +624,7 @@ static void meshes_refuse_nonsense_and_write_nothing(void) {
 }
 
 /* The sweep is the list of every phase at once. */
-static void a_sweep_holds_every_phase(void) {
+TEST(a_sweep_holds_every_phase) {
   static lm_clearance swept[LM_SWEEP_COUNT(202, 5)];
   lm_drive drives[2];
   int d;
@@ -656,7 +655,7 @@ static void a_sweep_holds_every_phase(void) {
   }
 }
 
-static void a_sweep_refuses_nonsense(void) {
+TEST(a_sweep_refuses_nonsense) {
   static lm_clearance swept[LM_SWEEP_COUNT(200, 1)];
   const lm_drive drive = reference_a();
   int count = -7;
@@ -671,7 +670,7 @@ static void a_sweep_refuses_nonsense(void) {
   TEST_ASSERT_EQUAL(-7, count);
 }
 
-static void lists_refuse_nonsense_and_write_nothing(void) {
+TEST(lists_refuse_nonsense_and_write_nothing) {
   const lm_drive drive = reference_a();
   const lm_real nan = LM_REAL(NAN);
   const lm_real inf = LM_REAL(INFINITY);
@@ -698,36 +697,4 @@ static void lists_refuse_nonsense_and_write_nothing(void) {
   TEST_ASSERT_EQUAL_MEMORY(before, lobe, sizeof lobe);
   TEST_ASSERT_EQUAL(-7, count);
   TEST_ASSERT_EQUAL(LM_OK, lm_lobe_clearances(&mesh, 0, lobe, 101, &count, 0));
-}
-
-int main(void) {
-  UNITY_BEGIN();
-  RUN_TEST(the_gaps_of_reference_a);
-  RUN_TEST(the_gaps_of_reference_e);
-  RUN_TEST(the_smallest_gap_of_a_section);
-  RUN_TEST(a_smaller_wave_opens_near_teeth_and_closes_far_ones);
-  RUN_TEST(the_elliptical_cam_is_nearly_the_cosine);
-  RUN_TEST(the_gap_is_the_smallest_over_the_common_radii);
-  RUN_TEST(a_gap_without_a_bend_keeps_its_minimum);
-  RUN_TEST(a_flank_ends_on_its_base_circle);
-  RUN_TEST(the_flank_angle_belongs_to_the_radius_of_contact);
-  RUN_TEST(angles_do_not_depend_on_the_module);
-  RUN_TEST(the_rigid_shift_opens_all_gaps_alike);
-  RUN_TEST(gaps_are_continuous_in_the_angle);
-  RUN_TEST(far_teeth_do_not_overlap);
-  RUN_TEST(clearances_repeat_every_half_turn);
-  RUN_TEST(any_finite_angle_has_a_clearance);
-  RUN_TEST(more_nodes_do_not_change_the_gaps);
-  RUN_TEST(a_lobe_lists_every_tooth_in_its_order);
-  RUN_TEST(the_phase_repeats_every_pitch);
-  RUN_TEST(the_lobe_mirrors);
-  RUN_TEST(teeth_at_ninety_degrees_are_listed_at_both_ends);
-  RUN_TEST(any_finite_phase_lists_a_lobe);
-  RUN_TEST(sections_stand_equally_spaced_with_both_edges);
-  RUN_TEST(the_deflection_grows_with_the_distance_from_the_cup);
-  RUN_TEST(meshes_refuse_nonsense_and_write_nothing);
-  RUN_TEST(a_sweep_holds_every_phase);
-  RUN_TEST(a_sweep_refuses_nonsense);
-  RUN_TEST(lists_refuse_nonsense_and_write_nothing);
-  return UNITY_END();
 }

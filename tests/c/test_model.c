@@ -1,8 +1,7 @@
 #include "lostmotion/model.h"
 
-#include <unity.h>
-
 #include "size20.h"
+#include "test.h"
 
 #define ARCMIN LM_REAL(2.908882086657216e-4) /* rad */
 
@@ -27,7 +26,7 @@ static lm_real step(lm_real torque_Nm) {
   return lm_step_model(&parameters, &memory, &at);
 }
 
-static void the_sum_is_torsion_curve_and_friction(void) {
+TEST(the_sum_is_torsion_curve_and_friction) {
   /* Test set S20: hysteresis loss 1.0000 arcmin over a +-40 N*m loop. */
   lm_real down;
   lm_real up;
@@ -39,7 +38,7 @@ static void the_sum_is_torsion_curve_and_friction(void) {
   TEST_ASSERT_TRUE(distance((down - up) / ARCMIN, 1) < LM_REAL(LM_REAL_BITS == 64 ? 5e-5 : 0.01));
 }
 
-static void zero_parameters_are_the_identity(void) {
+TEST(zero_parameters_are_the_identity) {
   static const lm_real torque_Nm[] = {-1, 1};
   static const lm_real angle_rad[] = {0, 0};
   (void)lm_build_curve(&parameters.curve, torque_Nm, angle_rad, 2, &fault);
@@ -48,7 +47,7 @@ static void zero_parameters_are_the_identity(void) {
   TEST_ASSERT_TRUE(step(30) == 0 && step(-70) == 0 && step(0) == 0);
 }
 
-static void evaluating_commits_nothing(void) {
+TEST(evaluating_commits_nothing) {
   lm_memory before;
   lm_memory trial;
   lm_real angle;
@@ -61,7 +60,7 @@ static void evaluating_commits_nothing(void) {
   TEST_ASSERT_EQUAL_MEMORY(&trial, &memory, sizeof memory);
 }
 
-static void one_big_step_is_many_small_ones(void) {
+TEST(one_big_step_is_many_small_ones) {
   int trial;
   for (trial = 0; trial < 400; ++trial) {
     if (trial == 200) {
@@ -88,7 +87,7 @@ static void one_big_step_is_many_small_ones(void) {
 
 /* A swing erases all smaller ones before it, for friction inside and outside, also with an
  * envelope. */
-static void a_larger_swing_wipes_out_what_went_before(void) {
+TEST(a_larger_swing_wipes_out_what_went_before) {
   int form;
   for (form = 0; form < 3; ++form) {
     int trial;
@@ -151,7 +150,7 @@ static void check_round_trips(int histories) {
 #define HISTORIES 20000
 #endif
 
-static void the_inverse_undoes_the_model(void) {
+TEST(the_inverse_undoes_the_model) {
   check_round_trips(HISTORIES / 3);
   put_friction_inside(&parameters);
   lm_settle_model(&parameters, &memory);
@@ -161,7 +160,7 @@ static void the_inverse_undoes_the_model(void) {
   check_round_trips(HISTORIES / 3);
 }
 
-static void the_inverse_checks_its_range(void) {
+TEST(the_inverse_checks_its_range) {
   lm_real torque_Nm = 7;
   lm_real zero = 0;
   TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE,
@@ -179,7 +178,7 @@ static void the_inverse_checks_its_range(void) {
 }
 
 /* If the model is flat (a gap without friction), any torque of the flat part is correct. */
-static void a_flat_piece_inverts_to_a_torque_on_it(void) {
+TEST(a_flat_piece_inverts_to_a_torque_on_it) {
   static const lm_real t[] = {-80, -5, 5, 80};
   static const lm_real a[] = {LM_REAL(-1e-3), 0, 0, LM_REAL(1e-3)};
   lm_real torque_Nm = 99;
@@ -193,7 +192,7 @@ static void a_flat_piece_inverts_to_a_torque_on_it(void) {
   TEST_ASSERT_EQUAL(LM_OK, lm_invert_model(&parameters, &memory, &at, 0, &torque_Nm, &fault));
 }
 
-static void a_torque_without_meaning_is_the_torque_before(void) {
+TEST(a_torque_without_meaning_is_the_torque_before) {
   lm_real zero = 0;
   lm_real angle = step(20);
   TEST_ASSERT_TRUE(step(zero / zero) == angle);
@@ -210,7 +209,7 @@ static void a_torque_without_meaning_is_the_torque_before(void) {
 
 /* The previous torque already contains the effects: while a sensor is missing they must not be
  * added in every tick. */
-static void effects_on_the_torque_do_not_pile_up_while_it_is_missing(void) {
+TEST(effects_on_the_torque_do_not_pile_up_while_it_is_missing) {
   lm_real zero = 0;
   lm_real angle;
   int k;
@@ -223,7 +222,7 @@ static void effects_on_the_torque_do_not_pile_up_while_it_is_missing(void) {
   TEST_ASSERT_TRUE(step(5) == angle);
 }
 
-static void effects_act_in_their_places(void) {
+TEST(effects_act_in_their_places) {
   lm_real plain = step(10);
   lm_memory kept;
   lm_start_model(&memory, 0);
@@ -256,7 +255,7 @@ static lm_real poison(const lm_real *value, lm_real *own, const lm_conditions *n
 static const lm_effect poisonous = {2u,     LM_EFFECT_TORQUE, 1, 1, LM_NEEDS_TORQUE,
                                     poison, {{-1, 1}},        0};
 
-static void a_bad_torque_effect_is_contained(void) {
+TEST(a_bad_torque_effect_is_contained) {
   add_effect(&parameters, &poisonous, 0, 0);
   step(20);
   TEST_ASSERT_TRUE(memory.plays.torque_Nm == 20);
@@ -269,7 +268,7 @@ static void a_bad_torque_effect_is_contained(void) {
   TEST_ASSERT_TRUE(memory.plays.torque_Nm == 80);
 }
 
-static void conditions_that_are_not_finite_are_not_known(void) {
+TEST(conditions_that_are_not_finite_are_not_known) {
   lm_real zero = 0;
   lm_real nan = zero / zero;
   lm_real quiet;
@@ -295,7 +294,7 @@ static void conditions_that_are_not_finite_are_not_known(void) {
   TEST_ASSERT_TRUE(step(5) == quiet);
 }
 
-static void settling_puts_any_memory_right(void) {
+TEST(settling_puts_any_memory_right) {
   lm_real zero = 0;
   memset(&memory, 0xFF, sizeof memory); /* NaN in both precisions */
   lm_settle_model(&parameters, &memory);
@@ -313,7 +312,7 @@ static void settling_puts_any_memory_right(void) {
   TEST_ASSERT_TRUE(memory.effect[1] == 3);
 }
 
-static void a_recording_is_the_single_steps(void) {
+TEST(a_recording_is_the_single_steps) {
   static const lm_real torque_Nm[] = {5, 30, -3};
   lm_recording recording;
   lm_memory other = memory;
@@ -402,7 +401,7 @@ static void draw_effects(lm_real share) {
   TEST_ASSERT_TRUE(memories <= LM_EFFECT_MEMORY_MAX);
 }
 
-static void any_recording_is_the_single_steps(void) {
+TEST(any_recording_is_the_single_steps) {
   int trial;
   for (trial = 0; trial < 400; ++trial) {
     lm_recording recording;
@@ -423,25 +422,4 @@ static void any_recording_is_the_single_steps(void) {
     }
     TEST_ASSERT_EQUAL_MEMORY(&memory, &other, sizeof memory);
   }
-}
-
-int main(void) {
-  UNITY_BEGIN();
-  RUN_TEST(the_sum_is_torsion_curve_and_friction);
-  RUN_TEST(zero_parameters_are_the_identity);
-  RUN_TEST(evaluating_commits_nothing);
-  RUN_TEST(one_big_step_is_many_small_ones);
-  RUN_TEST(a_larger_swing_wipes_out_what_went_before);
-  RUN_TEST(the_inverse_undoes_the_model);
-  RUN_TEST(the_inverse_checks_its_range);
-  RUN_TEST(a_flat_piece_inverts_to_a_torque_on_it);
-  RUN_TEST(a_torque_without_meaning_is_the_torque_before);
-  RUN_TEST(effects_on_the_torque_do_not_pile_up_while_it_is_missing);
-  RUN_TEST(effects_act_in_their_places);
-  RUN_TEST(a_bad_torque_effect_is_contained);
-  RUN_TEST(conditions_that_are_not_finite_are_not_known);
-  RUN_TEST(settling_puts_any_memory_right);
-  RUN_TEST(a_recording_is_the_single_steps);
-  RUN_TEST(any_recording_is_the_single_steps);
-  return UNITY_END();
 }

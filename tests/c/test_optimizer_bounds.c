@@ -7,7 +7,7 @@
 #include "reference_drives.h"
 #include "search.h"
 #include "spec.h"
-#include "unity.h"
+#include "test.h"
 
 #define POINTS 400
 
@@ -53,7 +53,7 @@ static int measure(int which, int *combination) {
 }
 
 /* Limits equal to the figures of a random design do not exclude its combination. */
-static void test_no_design_that_holds_is_excluded(void) {
+TEST(test_no_design_that_holds_is_excluded) {
   int variant;
   int measured = 0;
   for (variant = 0; variant < 2; variant++) {
@@ -78,7 +78,7 @@ static void test_no_design_that_holds_is_excluded(void) {
   TEST_ASSERT_GREATER_THAN_INT(POINTS / 4, measured);
 }
 
-static void test_what_the_smallest_drive_breaks_is_excluded(void) {
+TEST(test_what_the_smallest_drive_breaks_is_excluded) {
   int limit = 0;
   int variant;
   for (variant = 0; variant < 2; variant++) {
@@ -99,7 +99,7 @@ static void test_what_the_smallest_drive_breaks_is_excluded(void) {
   }
 }
 
-static void test_a_steel_that_is_not_stated_bears_the_models_250_MPa(void) {
+TEST(test_a_steel_that_is_not_stated_bears_the_models_250_MPa) {
   lm_spec_error error = {0, ""};
   int limit = 0;
   static const char spec[] =
@@ -122,7 +122,7 @@ static void test_a_steel_that_is_not_stated_bears_the_models_250_MPa(void) {
   TEST_ASSERT_EQUAL_INT(0, lm_is_excluded(&problem, 0, &limit));
 }
 
-static void test_only_a_ring_suits_external_deformation(void) {
+TEST(test_only_a_ring_suits_external_deformation) {
   int limit = 0;
   read_variant(variants[0], "");
   TEST_ASSERT_EQUAL_INT(0, lm_is_excluded(&problem, 0, &limit)); /* internal, discs */
@@ -133,7 +133,7 @@ static void test_only_a_ring_suits_external_deformation(void) {
 }
 
 /* The search states which limit it was. */
-static void test_the_search_tells_what_pruned_a_combination(void) {
+TEST(test_the_search_tells_what_pruned_a_combination) {
   lm_search *search;
   int limit = 0;
   read_variant(variants[0], "limit outer_diameter_max_mm 22\n");
@@ -142,14 +142,4 @@ static void test_the_search_tells_what_pruned_a_combination(void) {
   TEST_ASSERT_EQUAL_INT(LM_FATE_PRUNED, lm_read_fate(search, 8, &limit));
   TEST_ASSERT_EQUAL_INT(LM_LIMIT_OUTER_DIAMETER, limit);
   lm_close_search(search);
-}
-
-int main(void) {
-  UNITY_BEGIN();
-  RUN_TEST(test_no_design_that_holds_is_excluded);
-  RUN_TEST(test_what_the_smallest_drive_breaks_is_excluded);
-  RUN_TEST(test_a_steel_that_is_not_stated_bears_the_models_250_MPa);
-  RUN_TEST(test_only_a_ring_suits_external_deformation);
-  RUN_TEST(test_the_search_tells_what_pruned_a_combination);
-  return UNITY_END();
 }

@@ -8,7 +8,7 @@
 #include <string.h>
 
 #include "decimal.h"
-#include "unity.h"
+#include "test.h"
 
 void setUp(void) {
 }
@@ -67,36 +67,26 @@ static void check_all(const char *locale) {
   TEST_ASSERT_EQUAL_STRING("inf", lm_write_decimal(text, HUGE_VAL, LM_DECIMAL_EXACT));
 }
 
-static void test_the_plain_locale(void) {
+TEST(test_the_plain_locale) {
   check_all("C");
 }
 
-static void test_german(void) {
+TEST(test_german) {
   check_all("de_DE.UTF-8");
 }
 
-static void test_turkish(void) {
+TEST(test_turkish) {
   check_all("tr_TR.UTF-8");
 }
 
 /* Its point has two bytes. */
-static void test_persian(void) {
+TEST(test_persian) {
   check_all("fa_IR.UTF-8");
 }
 
-static void test_a_word_too_long_is_no_number(void) {
+TEST(test_a_word_too_long_is_no_number) {
   static char word[1000];
   double value;
   memset(word, '1', sizeof word - 1);
   TEST_ASSERT_EQUAL_INT(0, lm_read_decimal(word, &value));
-}
-
-int main(void) {
-  UNITY_BEGIN();
-  RUN_TEST(test_the_plain_locale);
-  RUN_TEST(test_german);
-  RUN_TEST(test_turkish);
-  RUN_TEST(test_persian);
-  RUN_TEST(test_a_word_too_long_is_no_number);
-  return UNITY_END();
 }

@@ -4,7 +4,7 @@
 
 #include "points.h"
 #include "reference_drives.h"
-#include "unity.h"
+#include "test.h"
 #include "workspace.h"
 
 /* The same evaluation in the oracle's number type. */
@@ -283,56 +283,56 @@ static void compare_flank(lm_flank_kind kind, lm_generator_type type) {
   compare_drawn(2000u + 10u * (uint32_t)kind + (uint32_t)type, 1 + designs / 6);
 }
 
-static void test_cosine_cam(void) {
+TEST(test_cosine_cam) {
   compare(LM_COSINE);
 }
 
-static void test_elliptical_cam(void) {
+TEST(test_elliptical_cam) {
   compare(LM_ELLIPSE);
 }
 
-static void test_two_discs(void) {
+TEST(test_two_discs) {
   compare(LM_DISCS);
 }
 
-static void test_four_rollers(void) {
+TEST(test_four_rollers) {
   compare(LM_ROLLERS);
 }
 
-static void test_external_ring(void) {
+TEST(test_external_ring) {
   compare(LM_RING);
 }
 
-static void test_double_arcs_on_a_cosine_cam(void) {
+TEST(test_double_arcs_on_a_cosine_cam) {
   compare_flank(LM_FLANK_DOUBLE_ARC, LM_COSINE);
 }
 
-static void test_double_arcs_on_two_discs(void) {
+TEST(test_double_arcs_on_two_discs) {
   compare_flank(LM_FLANK_DOUBLE_ARC, LM_DISCS);
 }
 
-static void test_double_arcs_on_rollers(void) {
+TEST(test_double_arcs_on_rollers) {
   compare_flank(LM_FLANK_DOUBLE_ARC, LM_ROLLERS);
 }
 
-static void test_double_arcs_in_a_ring(void) {
+TEST(test_double_arcs_in_a_ring) {
   compare_flank(LM_FLANK_DOUBLE_ARC, LM_RING);
 }
 
-static void test_s_teeth_in_a_ring(void) {
+TEST(test_s_teeth_in_a_ring) {
   compare_flank(LM_FLANK_S_TOOTH, LM_RING);
 }
 
-static void test_s_teeth_on_an_elliptical_cam(void) {
+TEST(test_s_teeth_on_an_elliptical_cam) {
   compare_flank(LM_FLANK_S_TOOTH, LM_ELLIPSE);
 }
 
-static void test_s_teeth_on_two_discs(void) {
+TEST(test_s_teeth_on_two_discs) {
   compare_flank(LM_FLANK_S_TOOTH, LM_DISCS);
 }
 
 /* The values of a dual evaluation are those of the plain one to rounding: the search mixes them. */
-static void test_values_are_those_of_the_plain_model(void) {
+TEST(test_values_are_those_of_the_plain_model) {
   uint32_t seed = 77;
   int n;
   start(LM_DISCS);
@@ -358,19 +358,5 @@ int main(int count, char **argument) {
   if (count > 1) {
     designs = (int)strtol(argument[1], NULL, 10);
   }
-  UNITY_BEGIN();
-  RUN_TEST(test_cosine_cam);
-  RUN_TEST(test_elliptical_cam);
-  RUN_TEST(test_two_discs);
-  RUN_TEST(test_four_rollers);
-  RUN_TEST(test_external_ring);
-  RUN_TEST(test_double_arcs_on_a_cosine_cam);
-  RUN_TEST(test_double_arcs_on_two_discs);
-  RUN_TEST(test_double_arcs_on_rollers);
-  RUN_TEST(test_double_arcs_in_a_ring);
-  RUN_TEST(test_s_teeth_in_a_ring);
-  RUN_TEST(test_s_teeth_on_an_elliptical_cam);
-  RUN_TEST(test_s_teeth_on_two_discs);
-  RUN_TEST(test_values_are_those_of_the_plain_model);
-  return UNITY_END();
+  return run_tests();
 }

@@ -18,7 +18,7 @@
 #include "run_task.h"
 #include "spec.h"
 #include "stop.h"
-#include "unity.h"
+#include "test.h"
 #include "workspace.h"
 
 static int left = -1; /* calls until one fails; < 0: none does */
@@ -353,17 +353,17 @@ static void fail_each_call(int resume, int workers) {
   TEST_ASSERT_LESS_THAN_INT(at / 2, silent);
 }
 
-static void test_every_failure_of_a_new_run_is_reported(void) {
+TEST(test_every_failure_of_a_new_run_is_reported) {
   fail_each_call(0, 2);
 }
 
-static void test_every_failure_of_a_resumed_run_is_reported(void) {
+TEST(test_every_failure_of_a_resumed_run_is_reported) {
   fail_each_call(1, 1);
 }
 
 /* POSIX permits both values if another process has the lock. A search works also in a file system
  * without locks. */
-static void test_a_journal_that_another_process_has_is_refused(void) {
+TEST(test_a_journal_that_another_process_has_is_refused) {
   static const int held[] = {EACCES, EAGAIN};
   char note[LM_NOTE_MAX];
   int i;
@@ -415,7 +415,7 @@ static void watch(int calls, int at) {
   model_failed = 0;
 }
 
-static void test_every_refusal_of_the_model_ends_an_evaluation(void) {
+TEST(test_every_refusal_of_the_model_ends_an_evaluation) {
   static double result[LM_RESULT_MAX];
   static const char *const levels[] = {"level worst\n", "level probable\n", "level quantile\n"};
   lm_scan scan;
@@ -438,7 +438,7 @@ static void test_every_refusal_of_the_model_ends_an_evaluation(void) {
   }
 }
 
-static void test_every_refusal_of_the_model_ends_a_certificate(void) {
+TEST(test_every_refusal_of_the_model_ends_a_certificate) {
   lm_certificate *certificate = (lm_certificate *)malloc(sizeof *certificate);
   int at = -1;
   open_problem(limits);
@@ -466,7 +466,7 @@ static void make_task(int kind, lm_task *task) {
 }
 
 /* A refused point is charged, and no other point is derived from it. */
-static void test_a_task_continues_past_every_refusal(void) {
+TEST(test_a_task_continues_past_every_refusal) {
   lm_task task;
   int kind;
   open_problem(limits);
@@ -485,7 +485,7 @@ static void test_a_task_continues_past_every_refusal(void) {
 }
 
 /* The verification's own tolerance_only between the angles, each alone. */
-static void test_a_settling_whose_last_look_is_refused_is_none(void) {
+TEST(test_a_settling_whose_last_look_is_refused_is_none) {
   static const int calls[] = {POINT_DRIVE, LOOK, SMALLEST_GAP};
   lm_task task;
   int i;
@@ -506,7 +506,7 @@ static void test_a_settling_whose_last_look_is_refused_is_none(void) {
   close_problem();
 }
 
-static void test_a_gap_that_nothing_opens_is_not_settled(void) {
+TEST(test_a_gap_that_nothing_opens_is_not_settled) {
   static const char unmoved[] =
       "rated_torque_Nm 40\nobjective lost_motion\n"
       "fixed generator.type discs\nfixed teeth.module_mm 0.25\n"
@@ -527,7 +527,7 @@ static void test_a_gap_that_nothing_opens_is_not_settled(void) {
   close_problem();
 }
 
-static void test_derivatives_that_are_no_numbers_are_refused(void) {
+TEST(test_derivatives_that_are_no_numbers_are_refused) {
   lm_fault fault;
   static double result[LM_RESULT_MAX];
   static double slope[LM_RESULT_MAX * LM_FREE_MAX];
@@ -543,7 +543,7 @@ static void test_derivatives_that_are_no_numbers_are_refused(void) {
   close_problem();
 }
 
-static void test_a_task_stops_at_every_evaluation(void) {
+TEST(test_a_task_stops_at_every_evaluation) {
   lm_task task;
   int kind;
   open_problem(limits);
@@ -566,7 +566,7 @@ static void test_a_task_stops_at_every_evaluation(void) {
   close_problem();
 }
 
-static void test_an_explanation_continues_past_every_refusal(void) {
+TEST(test_an_explanation_continues_past_every_refusal) {
   double relax[LM_LIMIT_COUNT];
   int at = 0;
   open_problem("limit lost_motion_max_arcmin 0.01\n");
@@ -637,7 +637,7 @@ static int rows_of_front(void) {
 
 /* A design of the front that is refused when it is written has no row; a best one that is refused
  * has no certificate. */
-static void test_refusals_at_the_end_of_a_run_are_reported(void) {
+TEST(test_refusals_at_the_end_of_a_run_are_reported) {
   char note[LM_NOTE_MAX];
   lm_run *run = NULL;
   volatile int stop = 0;
@@ -655,7 +655,7 @@ static void test_refusals_at_the_end_of_a_run_are_reported(void) {
   lm_close_run(run);
 }
 
-static void test_limits_that_cannot_be_explained_are_distinguished(void) {
+TEST(test_limits_that_cannot_be_explained_are_distinguished) {
   char text[2048];
   char note[LM_NOTE_MAX];
   lm_run *run = NULL;
@@ -681,7 +681,7 @@ static void test_limits_that_cannot_be_explained_are_distinguished(void) {
   lm_close_run(run);
 }
 
-static void test_a_drive_that_has_no_memory_to_be_written_to_is_null(void) {
+TEST(test_a_drive_that_has_no_memory_to_be_written_to_is_null) {
   lm_drive drive;
   int at = 0;
   int none = 0;
@@ -700,7 +700,7 @@ static void test_a_drive_that_has_no_memory_to_be_written_to_is_null(void) {
 }
 
 /* If the number of cores is unknown it is one; a larger number than the limit is reduced to it. */
-static void test_a_pool_has_as_many_workers_as_the_machine_cores(void) {
+TEST(test_a_pool_has_as_many_workers_as_the_machine_cores) {
   static const long said[] = {-1, LM_WORKERS_MAX + 1};
   int i;
   for (i = 0; i < 2; i++) {
@@ -710,24 +710,4 @@ static void test_a_pool_has_as_many_workers_as_the_machine_cores(void) {
     TEST_ASSERT_NOT_NULL(pool);
     lm_close_pool(pool);
   }
-}
-
-int main(void) {
-  UNITY_BEGIN();
-  RUN_TEST(test_every_failure_of_a_new_run_is_reported);
-  RUN_TEST(test_every_failure_of_a_resumed_run_is_reported);
-  RUN_TEST(test_a_journal_that_another_process_has_is_refused);
-  RUN_TEST(test_every_refusal_of_the_model_ends_an_evaluation);
-  RUN_TEST(test_every_refusal_of_the_model_ends_a_certificate);
-  RUN_TEST(test_a_task_continues_past_every_refusal);
-  RUN_TEST(test_a_settling_whose_last_look_is_refused_is_none);
-  RUN_TEST(test_a_gap_that_nothing_opens_is_not_settled);
-  RUN_TEST(test_derivatives_that_are_no_numbers_are_refused);
-  RUN_TEST(test_a_task_stops_at_every_evaluation);
-  RUN_TEST(test_an_explanation_continues_past_every_refusal);
-  RUN_TEST(test_refusals_at_the_end_of_a_run_are_reported);
-  RUN_TEST(test_limits_that_cannot_be_explained_are_distinguished);
-  RUN_TEST(test_a_drive_that_has_no_memory_to_be_written_to_is_null);
-  RUN_TEST(test_a_pool_has_as_many_workers_as_the_machine_cores);
-  return UNITY_END();
 }

@@ -10,7 +10,7 @@
 #include "lostmotion/parameters.h"
 #include "machine.h"
 #include "platform.h"
-#include "unity.h"
+#include "test.h"
 
 #define MARK UINT32_C(0x4c4d414e)
 #define HEADER_BYTES 40
@@ -92,7 +92,7 @@ static void append_record(const head *h, const void *bytes, size_t length) {
   fclose(file);
 }
 
-static void test_answers_come_back_in_their_order(void) {
+TEST(test_answers_come_back_in_their_order) {
   write_journal();
   TEST_ASSERT_EQUAL_INT(LM_OK, resume_with(spec));
   TEST_ASSERT_EQUAL_INT(2, report.answers);
@@ -103,7 +103,7 @@ static void test_answers_come_back_in_their_order(void) {
 }
 
 /* An answer that the reader refuses is not an incomplete end: nothing is cut. */
-static void test_a_refused_answer_leaves_the_journal_as_it_was(void) {
+TEST(test_a_refused_answer_leaves_the_journal_as_it_was) {
   lm_journal *journal = NULL;
   write_journal();
   TEST_ASSERT_EQUAL_INT(LM_OUT_OF_RANGE,
@@ -139,7 +139,7 @@ static head head_of(const lm_answer *of, size_t length) {
   return h;
 }
 
-static void test_a_record_that_is_none_ends_the_journal(void) {
+TEST(test_a_record_that_is_none_ends_the_journal) {
   const size_t least = offsetof(lm_answer, solution);
   const size_t one = sizeof last->solution[0];
   head h = head_of(last, least);
@@ -184,7 +184,7 @@ static long length_of(const char *name) {
 }
 
 /* A faulty disk: the first record is damaged, the second complete. The cut part is saved. */
-static void test_a_journal_that_is_damaged_in_its_midst_is_kept_beside_itself(void) {
+TEST(test_a_journal_that_is_damaged_in_its_midst_is_kept_beside_itself) {
   char kept[sizeof path + sizeof LM_JOURNAL_DAMAGED];
   const long first = HEADER_BYTES + (long)strlen(spec);
   long before;
@@ -222,7 +222,7 @@ static void test_a_journal_that_is_damaged_in_its_midst_is_kept_beside_itself(vo
 }
 
 /* Magic, hash of the spec, its length, size of an answer. */
-static void test_a_header_of_something_else_is_refused(void) {
+TEST(test_a_header_of_something_else_is_refused) {
   uint32_t number = 0;
   write_journal();
   overwrite(3, "x", 1);
@@ -241,7 +241,7 @@ static void test_a_header_of_something_else_is_refused(void) {
   TEST_ASSERT_EQUAL_INT(0, taken);
 }
 
-static void test_a_journal_that_is_there_is_not_replaced(void) {
+TEST(test_a_journal_that_is_there_is_not_replaced) {
   lm_journal *journal = NULL;
   write_journal();
   TEST_ASSERT_EQUAL_INT(LM_CORRUPT, lm_create_journal(path, spec, &journal));
@@ -265,7 +265,7 @@ static int errno_of_another_process(void) {
   return status;
 }
 
-static void test_one_process_has_the_journal_until_it_closes_it(void) {
+TEST(test_one_process_has_the_journal_until_it_closes_it) {
   lm_journal *journal;
   TEST_ASSERT_EQUAL_INT(LM_OK, lm_create_journal(path, spec, &journal));
   TEST_ASSERT_EQUAL_INT(EBUSY, errno_of_another_process());
@@ -279,7 +279,7 @@ static void test_one_process_has_the_journal_until_it_closes_it(void) {
   TEST_ASSERT_EQUAL_INT(1, taken);
 }
 
-static void test_nothing_is_refused(void) {
+TEST(test_nothing_is_refused) {
   lm_journal *journal;
   TEST_ASSERT_EQUAL_INT(LM_NULL, lm_create_journal(NULL, spec, &journal));
   TEST_ASSERT_EQUAL_INT(LM_NULL, lm_create_journal(path, NULL, &journal));
@@ -303,14 +303,5 @@ int main(int count, char **argument) {
     return resume_with(spec) == LM_OK ? 0 : errno;
   }
   this_program = argument[0];
-  UNITY_BEGIN();
-  RUN_TEST(test_answers_come_back_in_their_order);
-  RUN_TEST(test_a_refused_answer_leaves_the_journal_as_it_was);
-  RUN_TEST(test_a_record_that_is_none_ends_the_journal);
-  RUN_TEST(test_a_journal_that_is_damaged_in_its_midst_is_kept_beside_itself);
-  RUN_TEST(test_a_header_of_something_else_is_refused);
-  RUN_TEST(test_a_journal_that_is_there_is_not_replaced);
-  RUN_TEST(test_one_process_has_the_journal_until_it_closes_it);
-  RUN_TEST(test_nothing_is_refused);
-  return UNITY_END();
+  return run_tests();
 }

@@ -9,7 +9,7 @@
 #include "lostmotion/radial_gap.h"
 #include "reference_drives.h"
 #include "spec.h"
-#include "unity.h"
+#include "test.h"
 #include "workspace.h"
 
 static lm_problem problem;
@@ -88,7 +88,7 @@ static double single(const double from[], int limit) {
 
 /* --- the drive --- */
 
-static void test_shift_and_deflection_are_given_in_two_ways(void) {
+TEST(test_shift_and_deflection_are_given_in_two_ways) {
   lm_drive a;
   lm_drive b;
   read_with(by_differences, "", "");
@@ -100,7 +100,7 @@ static void test_shift_and_deflection_are_given_in_two_ways(void) {
   ASSERT_NEAR(1e-12, a.generator.deflection_mm, b.generator.deflection_mm);
 }
 
-static void test_the_gear_that_turns_gives_the_ratio(void) {
+TEST(test_the_gear_that_turns_gives_the_ratio) {
   lm_drive drive;
   double value[LM_KEY_COUNT];
   read_with(by_differences, "rigid_gear_turns 1\n", "ratio_sign -1\n");
@@ -111,7 +111,7 @@ static void test_the_gear_that_turns_gives_the_ratio(void) {
 }
 
 /* The pitch diameter is 50 mm; of 600 teeth of module 2 it is beyond the grades' 500 mm. */
-static void test_a_link_without_a_diameter_has_the_flexsplines(void) {
+TEST(test_a_link_without_a_diameter_has_the_flexsplines) {
   lm_drive a;
   lm_drive b;
   read_with(by_differences, links, "");
@@ -128,7 +128,7 @@ static void test_a_link_without_a_diameter_has_the_flexsplines(void) {
 /* --- tolerances --- */
 
 /* ISO 286: IT6 of 50 mm is 16 um and of 0.25 mm 6 um, IT7 25 um and 10 um. */
-static void test_a_whole_grade_is_the_tables_in_the_drive_and_in_the_cost(void) {
+TEST(test_a_whole_grade_is_the_tables_in_the_drive_and_in_the_cost) {
   lm_drive drive;
   double unpaid;
   read_with(by_differences, "", "cost tolerance_exponent 2\n");
@@ -145,7 +145,7 @@ static void test_a_whole_grade_is_the_tables_in_the_drive_and_in_the_cost(void) 
 }
 
 /* At 64 nodes against the search's 24 the lost motion without any gap differs a little. */
-static void test_each_level_is_the_certificates(void) {
+TEST(test_each_level_is_the_certificates) {
   static const char *const levels[] = {"level worst\n", "level probable\n", "level quantile\n"};
   double expected[3];
   int i;
@@ -166,7 +166,7 @@ static void test_each_level_is_the_certificates(void) {
 
 /* Two links that are hardly ever both at their ends have a probable gap below the worst one; the
  * gap of a triangular one is at most at its limits. */
-static void test_the_probable_gap_is_never_above_the_worst(void) {
+TEST(test_the_probable_gap_is_never_above_the_worst) {
   static const char *const chain[] = {
       "link 0.5 48 0.5 0 1 normal generator\nlink 1.37 0.25 0.5 0 2 normal teeth\n",
       "link 0.5 48 0.5 0 1 triangular generator\n"};
@@ -185,7 +185,7 @@ static void test_the_probable_gap_is_never_above_the_worst(void) {
 }
 
 /* Only variables with a grade continue from measured values. */
-static void test_other_grades_alone_need_no_new_contacts(void) {
+TEST(test_other_grades_alone_need_no_new_contacts) {
   lm_gapless gapless[LM_PHASE_MAX];
   double value[LM_KEY_COUNT];
   lm_drive drive;
@@ -209,7 +209,7 @@ static void test_other_grades_alone_need_no_new_contacts(void) {
 }
 
 /* A symmetric field reduces it by half. */
-static void test_interference_is_of_the_tightest_chain(void) {
+TEST(test_interference_is_of_the_tightest_chain) {
   read_with(by_differences, "link 1 50 0 0 1 normal generator\n", "");
   assert_evaluated(result);
   ASSERT_NEAR(0, -1, single(result, LM_LIMIT_INTERFERENCE));
@@ -221,7 +221,7 @@ static void test_interference_is_of_the_tightest_chain(void) {
 }
 
 /* A fit that ends exactly at the limit is allowed, regardless of rounding. */
-static void test_interference_may_reach_its_limit(void) {
+TEST(test_interference_may_reach_its_limit) {
   const lm_tolerance_link *link = workspace->drive.tolerances;
   read_with(by_differences, links, "link 1 50 0.1 0.0003 1 normal generator\nlevel worst\n");
   assert_evaluated(result);
@@ -235,7 +235,7 @@ static void test_interference_may_reach_its_limit(void) {
 
 /* --- limits --- */
 
-static void test_the_diameter_is_root_and_ring_of_the_larger_gear(void) {
+TEST(test_the_diameter_is_root_and_ring_of_the_larger_gear) {
   const lm_geometry *g;
   read_with(by_differences, "limit outer_diameter_max_mm 70\n", "");
   assert_evaluated(result);
@@ -251,7 +251,7 @@ static void test_the_diameter_is_root_and_ring_of_the_larger_gear(void) {
               single(result, LM_LIMIT_OUTER_DIAMETER));
 }
 
-static void test_free_assembly_counts_only_where_asked(void) {
+TEST(test_free_assembly_counts_only_where_asked) {
   read_with(by_differences, "", "");
   assert_evaluated(result);
   ASSERT_NEAR(0, -1, single(result, LM_LIMIT_FREE_ASSEMBLY));
@@ -262,7 +262,7 @@ static void test_free_assembly_counts_only_where_asked(void) {
 
 /* At the worst corner each flank loses T tan(alpha) / r by the tightest teeth: of 0.5 IT7
  * of 0.25 mm, 5 um, about 2.5 arcsec a um at 25 mm. */
-static void test_the_worst_corner_takes_from_the_gaps(void) {
+TEST(test_the_worst_corner_takes_from_the_gaps) {
   int lost = 0;
   int i;
   read_with(by_differences, "link 1 0.25 0 0 1 normal teeth\nlevel worst\n", "");
@@ -281,7 +281,7 @@ static void test_the_worst_corner_takes_from_the_gaps(void) {
   TEST_ASSERT_EQUAL_INT(LM_GRADIENT_CHARGE, lm_slope_charge(&problem));
 }
 
-static void test_a_gradient_is_charged_by_its_variables(void) {
+TEST(test_a_gradient_is_charged_by_its_variables) {
   char lines[2048] = "";
   int i;
   for (i = 0; i < 9; i++) {
@@ -297,7 +297,7 @@ static void test_a_gradient_is_charged_by_its_variables(void) {
 
 /* --- closing the gap --- */
 
-static void test_without_a_shift_to_move_the_gap_stays(void) {
+TEST(test_without_a_shift_to_move_the_gap_stays) {
   double unit[LM_FREE_MAX] = {0.5, 0.5};
   (void)read_text(
       "rated_torque_Nm 40\nobjective lost_motion\nfixed generator.type discs\n"
@@ -308,7 +308,7 @@ static void test_without_a_shift_to_move_the_gap_stays(void) {
 }
 
 /* Externally the flexspline's own shift moves, and the rigid gear stays: choice 1 is external. */
-static void test_externally_the_flexspline_moves(void) {
+TEST(test_externally_the_flexspline_moves) {
   double unit[LM_FREE_MAX] = {0.5, 0.5, 0.5};
   double before[LM_KEY_COUNT];
   double after[LM_KEY_COUNT];
@@ -340,7 +340,7 @@ static lm_status certify(void) {
 }
 
 /* A nominal gap is a link without tolerance: the lost motion of every drive contains it. */
-static void test_a_nominal_gap_is_in_every_sampled_drive(void) {
+TEST(test_a_nominal_gap_is_in_every_sampled_drive) {
   double without;
   double turn = 0;
   read_with(by_differences, links, "level worst\n");
@@ -359,7 +359,7 @@ static void test_a_nominal_gap_is_in_every_sampled_drive(void) {
               result[layout.figure_start[LM_FIGURE_TOLERANCE_LOST_MOTION]]);
 }
 
-static void test_what_does_not_hold_is_reported(void) {
+TEST(test_what_does_not_hold_is_reported) {
   read_with(by_differences, links, "");
   TEST_ASSERT_EQUAL_INT(LM_OK, certify());
   TEST_ASSERT_EQUAL_INT(certificate->smallest.gap_rad > -1e-6 * (double)ARCMIN, certificate->holds);
@@ -373,7 +373,7 @@ static void test_what_does_not_hold_is_reported(void) {
 
 /* Where gaps are requested at the worst corner, the smallest gap of the nominal drive does not
  * count. */
-static void test_gaps_at_the_worst_corner_are_those_of_the_scan(void) {
+TEST(test_gaps_at_the_worst_corner_are_those_of_the_scan) {
   read_with(by_differences, "link 1 0.25 0 0 1 normal teeth\n", "limit gap_at_worst_corner 1\n");
   TEST_ASSERT_EQUAL_INT(LM_OK, certify());
   TEST_ASSERT_TRUE(certificate->limit[LM_LIMIT_GAP].margin <
@@ -382,7 +382,7 @@ static void test_gaps_at_the_worst_corner_are_those_of_the_scan(void) {
 
 /* No multiplier where nothing depends on anything: the cost of a drive without tolerances and of
  * fixed size is a constant. */
-static void test_a_constant_objective_has_no_residual(void) {
+TEST(test_a_constant_objective_has_no_residual) {
   (void)read_text(
       "rated_torque_Nm 40\nobjective cost\nfixed generator.type discs\n"
       "fixed teeth.module_mm 0.25\nfixed teeth.flexspline_teeth 200\n"
@@ -398,7 +398,7 @@ static void test_a_constant_objective_has_no_residual(void) {
   ASSERT_NEAR(0, 0, certificate->limit[(int)LM_LIMIT_FIGURE + (int)LM_FIGURE_COST].multiplier);
 }
 
-static void test_nothing_and_no_drive_are_refused(void) {
+TEST(test_nothing_and_no_drive_are_refused) {
   read_with(by_differences, links, "");
   TEST_ASSERT_EQUAL_INT(LM_NULL, lm_certify(NULL, 0, middle, certificate, workspace, &fault));
   TEST_ASSERT_EQUAL_INT(LM_NULL, lm_certify(&problem, 0, NULL, certificate, workspace, &fault));
@@ -406,29 +406,4 @@ static void test_nothing_and_no_drive_are_refused(void) {
   TEST_ASSERT_EQUAL_INT(LM_NULL, lm_certify(&problem, 0, middle, certificate, NULL, &fault));
   problem.value[LM_KEY_GENERATOR_TYPE] = LM_RING;
   TEST_ASSERT_TRUE(certify() != LM_OK);
-}
-
-int main(void) {
-  UNITY_BEGIN();
-  RUN_TEST(test_shift_and_deflection_are_given_in_two_ways);
-  RUN_TEST(test_the_gear_that_turns_gives_the_ratio);
-  RUN_TEST(test_a_link_without_a_diameter_has_the_flexsplines);
-  RUN_TEST(test_a_whole_grade_is_the_tables_in_the_drive_and_in_the_cost);
-  RUN_TEST(test_each_level_is_the_certificates);
-  RUN_TEST(test_the_probable_gap_is_never_above_the_worst);
-  RUN_TEST(test_other_grades_alone_need_no_new_contacts);
-  RUN_TEST(test_interference_is_of_the_tightest_chain);
-  RUN_TEST(test_interference_may_reach_its_limit);
-  RUN_TEST(test_the_diameter_is_root_and_ring_of_the_larger_gear);
-  RUN_TEST(test_free_assembly_counts_only_where_asked);
-  RUN_TEST(test_the_worst_corner_takes_from_the_gaps);
-  RUN_TEST(test_a_gradient_is_charged_by_its_variables);
-  RUN_TEST(test_without_a_shift_to_move_the_gap_stays);
-  RUN_TEST(test_externally_the_flexspline_moves);
-  RUN_TEST(test_a_nominal_gap_is_in_every_sampled_drive);
-  RUN_TEST(test_what_does_not_hold_is_reported);
-  RUN_TEST(test_gaps_at_the_worst_corner_are_those_of_the_scan);
-  RUN_TEST(test_a_constant_objective_has_no_residual);
-  RUN_TEST(test_nothing_and_no_drive_are_refused);
-  return UNITY_END();
 }

@@ -8,7 +8,7 @@
 #include "output.h"
 #include "reference_drives.h"
 #include "spec.h"
-#include "unity.h"
+#include "test.h"
 #include "workspace.h"
 
 /* Reference drive A of check_values.md in the middle of its ranges. */
@@ -38,7 +38,7 @@ static void read_reference(void) {
 }
 
 /* The point gives the same drive as a drive file with the same values. */
-static void test_a_point_is_the_drive_that_its_values_say(void) {
+TEST(test_a_point_is_the_drive_that_its_values_say) {
   lm_drive expected = reference_a();
   lm_drive drive;
   lm_fault fault;
@@ -54,7 +54,7 @@ static void test_a_point_is_the_drive_that_its_values_say(void) {
 
 /* check_values.md, reference drive A, two discs: 0.174, 0.069 and 0.780 arcmin at 0, 10 and 20 deg,
  * forward. */
-static void test_gap_rows_are_the_published_clearances(void) {
+TEST(test_gap_rows_are_the_published_clearances) {
   lm_fault fault;
   read_reference();
   TEST_ASSERT_EQUAL_INT(
@@ -65,7 +65,7 @@ static void test_gap_rows_are_the_published_clearances(void) {
 }
 
 /* At every level only the results that depend on tolerances are computed again. */
-static void test_other_tolerances_alone_are_the_same_as_a_whole_evaluation(void) {
+TEST(test_other_tolerances_alone_are_the_same_as_a_whole_evaluation) {
   static const char *const levels[] = {"level worst\n", "level probable\n", "level quantile\n"};
   static double whole[LM_RESULT_MAX];
   static lm_workspace *other;
@@ -122,7 +122,7 @@ static void test_other_tolerances_alone_are_the_same_as_a_whole_evaluation(void)
 }
 
 /* The figure equals lm_reversal_lost_motion of the same drive. */
-static void test_lost_motion_is_the_models(void) {
+TEST(test_lost_motion_is_the_models) {
   lm_drive drive;
   lm_fault fault;
   lm_real reversal = 0;
@@ -139,7 +139,7 @@ static void test_lost_motion_is_the_models(void) {
 }
 
 /* Closing the gap moves the rigid shift until the smallest gap of the scan is zero. */
-static void test_closing_the_gap_leaves_the_reserve(void) {
+TEST(test_closing_the_gap_leaves_the_reserve) {
   double unit[LM_FREE_MAX] = {0.4, 0.9, 0.7};
   double largest = -HUGE_VAL;
   lm_fault fault;
@@ -158,7 +158,7 @@ static void test_closing_the_gap_leaves_the_reserve(void) {
 
 /* With the ring outside the shift's turn is known within one part in the number of teeth: a small
  * gap remains, whether it was closed or opened. */
-static void test_closing_never_takes_too_much(void) {
+TEST(test_closing_never_takes_too_much) {
   static const char spec[] =
       "rated_torque_Nm 40\nobjective lost_motion\nphases 1\nrigid_gear_turns 1\n"
       "fixed teeth.deformation external\nfixed generator.type ring\n"
@@ -189,7 +189,7 @@ static void test_closing_never_takes_too_much(void) {
 }
 
 /* Objectives that differ only by rounding are equal, so that they do not form a front. */
-static void test_rounding_makes_no_front(void) {
+TEST(test_rounding_makes_no_front) {
   const double unit[LM_FREE_MAX] = {0};
   const double one[LM_OBJECTIVE_MAX] = {5.0, 1.8e-12};
   const double other[LM_OBJECTIVE_MAX] = {7.0, 5.4e-13};
@@ -208,7 +208,7 @@ static void test_rounding_makes_no_front(void) {
 
 /* A long list that is full: many designs close to an end of the front do not displace the end. In a
  * short list the ends would be most of it. */
-static void test_a_full_list_keeps_its_ends(void) {
+TEST(test_a_full_list_keeps_its_ends) {
   static const int places[] = {40, 8};
   const double unit[LM_FREE_MAX] = {0};
   lm_solution list[40];
@@ -260,7 +260,7 @@ static int beats(const lm_solution *a, const lm_solution *b) {
 }
 
 /* The list keeps exactly the designs that no other dominates, of equal ones the first. */
-static void test_a_list_holds_what_nothing_is_as_good_as(void) {
+TEST(test_a_list_holds_what_nothing_is_as_good_as) {
   lm_solution drawn[60];
   lm_solution list[60];
   int i;
@@ -289,7 +289,7 @@ static void test_a_list_holds_what_nothing_is_as_good_as(void) {
 }
 
 /* Each front consists of all designs that none of it or of later fronts dominates. */
-static void test_selection_proceeds_front_by_front(void) {
+TEST(test_selection_proceeds_front_by_front) {
   lm_solution list[80];
   int first;
   int last;
@@ -334,7 +334,7 @@ static void assert_refused(const char *line, int at, const char *word) {
   TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error.text, word), error.text);
 }
 
-static void test_refusals_name_line_and_word(void) {
+TEST(test_refusals_name_line_and_word) {
   assert_refused("fixd teeth.module_mm 1", 1, "fixd");
   assert_refused("fixed teeth.modul_mm 1", 1, "teeth.modul_mm");
   assert_refused("fixed teeth.module_mm one", 1, "one");
@@ -356,7 +356,7 @@ static void test_refusals_name_line_and_word(void) {
   assert_refused("seed one", 1, "one");
 }
 
-static void test_values_out_of_range_name_their_key(void) {
+TEST(test_values_out_of_range_name_their_key) {
   assert_refused("range teeth.tooth_height 1.9 1.8", 0, "teeth.tooth_height");
   assert_refused("range flexspline.length_mm 1 9000", 0, "flexspline.length_mm");
   assert_refused("range axial_sections 1 2", 0, "axial_sections");
@@ -367,7 +367,7 @@ static void test_values_out_of_range_name_their_key(void) {
   assert_refused("link 1 5000 0 0 1 normal teeth", 0, "tolerance.diameter_mm");
 }
 
-static void test_names_go_both_ways(void) {
+TEST(test_names_go_both_ways) {
   char text[LM_KEY_NAME_MAX];
   int i;
   for (i = 0; i < LM_KEY_COUNT; i++) {
@@ -392,7 +392,7 @@ static void test_names_go_both_ways(void) {
 
 /* Ratio of the gear that turns: 98 .. 102 are the flexsplines of 196 .. 204 teeth; of a turning
  * rigid gear, two more, 194 .. 202. */
-static void test_teeth_follow_from_the_ratio(void) {
+TEST(test_teeth_follow_from_the_ratio) {
   lm_fault fault;
   lm_start_problem(&problem);
   TEST_ASSERT_EQUAL_INT(LM_OK, lm_choose_teeth_by_ratio(&problem, 98, 102, &fault));
@@ -406,7 +406,7 @@ static void test_teeth_follow_from_the_ratio(void) {
   TEST_ASSERT_EQUAL_INT(LM_TOO_SMALL, lm_choose_teeth_by_ratio(&problem, 15, 300, &fault));
 }
 
-static void test_the_shipped_specs_are_read(void) {
+TEST(test_the_shipped_specs_are_read) {
   static const char *const names[] = {"robot_joint", "instrument", "ring_generator"};
   static const int combinations[] = {15, 5, 5};
   int i;
@@ -425,24 +425,4 @@ static void test_the_shipped_specs_are_read(void) {
     TEST_ASSERT_EQUAL_INT_MESSAGE(LM_OK, lm_read_spec(text, &problem, &error), error.text);
     TEST_ASSERT_EQUAL_INT(combinations[i], lm_count_combinations(&problem));
   }
-}
-
-int main(void) {
-  UNITY_BEGIN();
-  RUN_TEST(test_a_point_is_the_drive_that_its_values_say);
-  RUN_TEST(test_gap_rows_are_the_published_clearances);
-  RUN_TEST(test_other_tolerances_alone_are_the_same_as_a_whole_evaluation);
-  RUN_TEST(test_lost_motion_is_the_models);
-  RUN_TEST(test_closing_the_gap_leaves_the_reserve);
-  RUN_TEST(test_closing_never_takes_too_much);
-  RUN_TEST(test_rounding_makes_no_front);
-  RUN_TEST(test_a_full_list_keeps_its_ends);
-  RUN_TEST(test_a_list_holds_what_nothing_is_as_good_as);
-  RUN_TEST(test_selection_proceeds_front_by_front);
-  RUN_TEST(test_refusals_name_line_and_word);
-  RUN_TEST(test_values_out_of_range_name_their_key);
-  RUN_TEST(test_names_go_both_ways);
-  RUN_TEST(test_teeth_follow_from_the_ratio);
-  RUN_TEST(test_the_shipped_specs_are_read);
-  return UNITY_END();
 }

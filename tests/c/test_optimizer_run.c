@@ -22,7 +22,7 @@
 #include "run.h"
 #include "run_task.h"
 #include "spec.h"
-#include "unity.h"
+#include "test.h"
 
 static char folder[OWN_FOLDER_MAX];
 static char note[LM_NOTE_MAX];
@@ -121,7 +121,7 @@ static int do_all(const char *spec) {
   return status != LM_EXIT_DONE ? status : work_and_finish(1, &stop);
 }
 
-static void test_a_run_leaves_its_files(void) {
+TEST(test_a_run_leaves_its_files) {
   hooked = 0;
   TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, do_all(small_spec));
   TEST_ASSERT_EQUAL_STRING("", note);
@@ -139,7 +139,7 @@ static void test_a_run_leaves_its_files(void) {
   TEST_ASSERT_EQUAL_INT(1, lm_run_problem(run)->link_count);
 }
 
-static void test_a_search_already_there_is_not_overwritten(void) {
+TEST(test_a_search_already_there_is_not_overwritten) {
   TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, do_all(small_spec));
   TEST_ASSERT_EQUAL_INT(LM_EXIT_BAD_INPUT, open_here(small_spec, 0));
   assert_noted("expected --resume");
@@ -160,7 +160,7 @@ static void tear_journal(long bytes) {
   TEST_ASSERT_TRUE(set_length(path, length - bytes));
 }
 
-static void test_a_stopped_run_continues_to_the_same_bytes(void) {
+TEST(test_a_stopped_run_continues_to_the_same_bytes) {
   static const char *const names[] = {"best.toml", "front.csv", "history.csv", "certificate.json"};
   char *whole[4];
   volatile int stop = 1;
@@ -201,7 +201,7 @@ static void put(const char *name, const char *text) {
   fclose(file);
 }
 
-static void test_what_cannot_be_opened_is_reported_and_nothing_written(void) {
+TEST(test_what_cannot_be_opened_is_reported_and_nothing_written) {
   char path[5000];
   char journal[256];
   memset(path, 'a', sizeof path);
@@ -226,7 +226,7 @@ static void test_what_cannot_be_opened_is_reported_and_nothing_written(void) {
 }
 
 /* A result replaces only files that a search wrote, and never the spec. */
-static void test_files_that_no_search_wrote_are_not_overwritten(void) {
+TEST(test_files_that_no_search_wrote_are_not_overwritten) {
   static const char *const names[] = LM_RESULT_NAMES;
   char path[256];
   size_t i;
@@ -251,7 +251,7 @@ static void test_files_that_no_search_wrote_are_not_overwritten(void) {
 }
 
 /* A temporary file of a killed search, or a foreign link in its place, is not written through. */
-static void test_a_link_beside_a_result_is_not_followed(void) {
+TEST(test_a_link_beside_a_result_is_not_followed) {
 #if defined(_WIN32)
   TEST_IGNORE_MESSAGE("Windows makes links only with a right that users lack");
 #else
@@ -267,7 +267,7 @@ static void test_a_link_beside_a_result_is_not_followed(void) {
 }
 
 /* A foreign journal with correct checksums is refused and not changed. */
-static void test_a_journal_with_an_answer_of_no_task_is_refused(void) {
+TEST(test_a_journal_with_an_answer_of_no_task_is_refused) {
   const lm_task *tasks;
   lm_answer *answer = (lm_answer *)calloc(1, sizeof *answer);
   lm_journal *journal;
@@ -292,7 +292,7 @@ static void test_a_journal_with_an_answer_of_no_task_is_refused(void) {
   free(answer);
 }
 
-static void test_a_pipe_is_no_journal(void) {
+TEST(test_a_pipe_is_no_journal) {
 #if defined(_WIN32)
   TEST_IGNORE_MESSAGE("Windows has no pipes in folders");
 #else
@@ -304,7 +304,7 @@ static void test_a_pipe_is_no_journal(void) {
 #endif
 }
 
-static void test_another_specs_journal_is_refused(void) {
+TEST(test_another_specs_journal_is_refused) {
   TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, open_here(small_spec, 0));
   TEST_ASSERT_EQUAL_INT(
       LM_EXIT_BAD_INPUT,
@@ -313,7 +313,7 @@ static void test_another_specs_journal_is_refused(void) {
   assert_noted("start_from");
 }
 
-static void test_limits_that_contradict_say_what_would_have_to_give(void) {
+TEST(test_limits_that_contradict_say_what_would_have_to_give) {
   char spec[2048];
   snprintf(spec, sizeof spec, "%slimit lost_motion_max_arcmin 0.01\n", small_spec);
   TEST_ASSERT_EQUAL_INT(LM_EXIT_FAILED, do_all(spec));
@@ -327,7 +327,7 @@ static void test_limits_that_contradict_say_what_would_have_to_give(void) {
 
 /* Ten evaluations do not meet the few designs that there are; the nearest one leads to a design.
  * Planar, on the published foundation of the reference drive, for which the limits were chosen. */
-static void test_a_design_that_the_budget_does_not_meet_is_found(void) {
+TEST(test_a_design_that_the_budget_does_not_meet_is_found) {
   TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE,
                         do_all("evaluations 10\nrated_torque_Nm 40\nobjective lost_motion\n"
                                "fixed teeth.module_mm 0.25\nfixed teeth.face_width_mm 10\n"
@@ -348,7 +348,7 @@ static void test_a_design_that_the_budget_does_not_meet_is_found(void) {
 }
 
 /* No wall of 0.1 mm and 50 mm carries 60 N m without buckling; all other limits are met. */
-static void test_what_no_limit_of_the_spec_says_is_told_apart(void) {
+TEST(test_what_no_limit_of_the_spec_says_is_told_apart) {
   char *text;
   TEST_ASSERT_EQUAL_INT(LM_EXIT_FAILED,
                         do_all("evaluations 200\nrated_torque_Nm 60\nobjective stress\n"
@@ -367,7 +367,7 @@ static void test_what_no_limit_of_the_spec_says_is_told_apart(void) {
   free(text);
 }
 
-static void test_ranges_without_any_drive_say_so(void) {
+TEST(test_ranges_without_any_drive_say_so) {
   TEST_ASSERT_EQUAL_INT(LM_EXIT_FAILED, do_all("evaluations 50\n"
                                                "rated_torque_Nm 40\n"
                                                "objective lost_motion\n"
@@ -383,7 +383,7 @@ static void test_ranges_without_any_drive_say_so(void) {
 #define NO_FILE_LIMIT "Windows limits no file's length, with which the tests fill a disk"
 
 /* A disk that is full: the journal grows no further. */
-static void test_a_journal_that_cannot_grow_ends_the_run(void) {
+TEST(test_a_journal_that_cannot_grow_ends_the_run) {
 #if defined(_WIN32)
   TEST_IGNORE_MESSAGE(NO_FILE_LIMIT);
 #else
@@ -405,7 +405,7 @@ static void test_a_journal_that_cannot_grow_ends_the_run(void) {
 #endif
 }
 
-static void test_results_that_cannot_be_written_are_told(void) {
+TEST(test_results_that_cannot_be_written_are_told) {
 #if defined(_WIN32)
   TEST_IGNORE_MESSAGE("on Windows the folder of an open journal stays");
 #else
@@ -420,7 +420,7 @@ static void test_results_that_cannot_be_written_are_told(void) {
 }
 
 /* For each result in turn, a folder has the name of its temporary file or of the result. */
-static void test_every_result_that_has_no_place_is_told(void) {
+TEST(test_every_result_that_has_no_place_is_told) {
   static const char *const names[] = {"combinations.csv", "front.csv", "history.csv", "best.toml",
                                       "certificate.json"};
   volatile int stop = 0;
@@ -462,14 +462,14 @@ static const char bound_spec[] =
     "link 1.37 0.25 0.5 0 2 uniform teeth\n"
     "limit tolerance_lost_motion_max_arcmin 2.5\n";
 
-static void test_a_best_design_bound_by_a_figure_holds(void) {
+TEST(test_a_best_design_bound_by_a_figure_holds) {
   TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, do_all(bound_spec));
   TEST_ASSERT_EQUAL_STRING("", note);
   assert_holds("certificate.json", "\"holds\": true");
 }
 
 /* One phase shows no kinematic error at all, eight more than this in every design. */
-static void test_a_best_design_that_does_not_hold_on_the_fine_check_is_told(void) {
+TEST(test_a_best_design_that_does_not_hold_on_the_fine_check_is_told) {
   char spec[2048];
   snprintf(spec, sizeof spec, "%sphases 1\nlimit kinematic_error_max_arcsec 0.001\n", bound_spec);
   TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, do_all(spec));
@@ -479,7 +479,7 @@ static void test_a_best_design_that_does_not_hold_on_the_fine_check_is_told(void
 }
 
 /* A search that was stopped before the verification guarantees nothing. */
-static void test_a_best_design_that_is_not_settled_need_not_hold(void) {
+TEST(test_a_best_design_that_is_not_settled_need_not_hold) {
   lm_workspace *workspace = lm_create_workspace();
   lm_answer *answer = (lm_answer *)malloc(sizeof *answer);
   lm_task *task = (lm_task *)malloc(sizeof *task);
@@ -505,7 +505,7 @@ static void test_a_best_design_that_is_not_settled_need_not_hold(void) {
 }
 
 /* A certificate's flank, and the unit of each limit to be relaxed. */
-static void test_words_of_the_json_files(void) {
+TEST(test_words_of_the_json_files) {
   static lm_certificate certificate;
   double relax[LM_LIMIT_COUNT];
   char text[16384] = "";
@@ -540,7 +540,7 @@ static void test_words_of_the_json_files(void) {
 }
 
 /* What is in the files of a search with a limit on a figure, two links and a pruned choice. */
-static void test_files_name_limits_and_what_pruned(void) {
+TEST(test_files_name_limits_and_what_pruned) {
   char spec[2048];
   snprintf(spec, sizeof spec,
            "%slink 1.37 0.25 0.5 0 2 uniform teeth\nlimit stress_max 2\n"
@@ -562,7 +562,7 @@ static void test_files_name_limits_and_what_pruned(void) {
 }
 
 /* A full disk at the end: an incomplete result is not taken for a complete one. */
-static void test_results_on_a_full_disk_are_told(void) {
+TEST(test_results_on_a_full_disk_are_told) {
 #if defined(_WIN32)
   TEST_IGNORE_MESSAGE(NO_FILE_LIMIT);
 #else
@@ -589,7 +589,7 @@ static void test_results_on_a_full_disk_are_told(void) {
 #endif
 }
 
-static void test_nothing_is_refused(void) {
+TEST(test_nothing_is_refused) {
   lm_answer *answer = (lm_answer *)calloc(1, sizeof *answer);
   TEST_ASSERT_EQUAL_INT(LM_NULL, lm_take_answer(NULL, answer));
   TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, open_here(small_spec, 0));
@@ -598,7 +598,7 @@ static void test_nothing_is_refused(void) {
   lm_close_run(NULL);
 }
 
-static void test_a_drive_as_text_is_a_drive_file(void) {
+TEST(test_a_drive_as_text_is_a_drive_file) {
   volatile int stop = 0;
   lm_solution best;
   lm_drive drive;
@@ -645,7 +645,7 @@ static void assert_usage(const char *words, const char *said) {
   assert_holds("err", said);
 }
 
-static void test_bad_usage_is_told_in_one_line(void) {
+TEST(test_bad_usage_is_told_in_one_line) {
   assert_usage("", "a spec and a folder are needed");
   assert_usage("a", "a spec and a folder are needed");
   assert_usage("a b c", "too many arguments");
@@ -659,7 +659,7 @@ static void test_bad_usage_is_told_in_one_line(void) {
   assert_usage("none/spec b", "none/spec: No such file");
 }
 
-static void test_the_program_searches(void) {
+TEST(test_the_program_searches) {
   char words[256];
   write_spec(small_spec);
   snprintf(words, sizeof words, "%s/spec %s/run --workers 1 --progress json", folder, folder);
@@ -680,7 +680,7 @@ static void test_the_program_searches(void) {
 
 /* A terminal gets a progress bar; if the first batch exceeds the budget, no time is left to show.
  * The output is read while the program runs, because it would wait for a reader. */
-static void test_a_terminal_is_shown_a_bar(void) {
+TEST(test_a_terminal_is_shown_a_bar) {
 #if defined(_WIN32)
   TEST_IGNORE_MESSAGE("a terminal of Windows cannot be read by a test");
 #else
@@ -709,7 +709,7 @@ static void test_a_terminal_is_shown_a_bar(void) {
 #endif
 }
 
-static void test_what_is_no_spec_is_told(void) {
+TEST(test_what_is_no_spec_is_told) {
   char words[256];
   char path[128];
   assert_usage(". b", ".: Is a directory");
@@ -722,7 +722,7 @@ static void test_what_is_no_spec_is_told(void) {
 
 /* In three seconds one worker does more than a fiftieth, from which on the remaining time is
  * stated, and far less than everything. */
-static void test_an_interrupted_program_saves_and_exits_130(void) {
+TEST(test_an_interrupted_program_saves_and_exits_130) {
   char words[256];
   char spec[2048];
   process *searching;
@@ -743,7 +743,7 @@ static void test_an_interrupted_program_saves_and_exits_130(void) {
 }
 
 /* Killed again and again, each time as soon as its journal has grown. */
-static void test_a_killed_program_goes_on_to_the_same_bytes(void) {
+TEST(test_a_killed_program_goes_on_to_the_same_bytes) {
   static const char *const names[] = {"best.toml", "front.csv", "history.csv", "certificate.json",
                                       "combinations.csv"};
   char words[256];
@@ -792,7 +792,7 @@ static void test_a_killed_program_goes_on_to_the_same_bytes(void) {
 
 /* Longer than the 260 characters of an old Windows program, and in letters that no code
  * page has. */
-static void test_a_long_path_of_other_letters_is_a_folder_like_another(void) {
+TEST(test_a_long_path_of_other_letters_is_a_folder_like_another) {
   char path[1024];
   char name[1200];
   size_t length;
@@ -837,7 +837,7 @@ static void test_a_long_path_of_other_letters_is_a_folder_like_another(void) {
 }
 
 /* The same bytes on every system, including the ends of lines. */
-static void test_no_result_has_a_carriage_return(void) {
+TEST(test_no_result_has_a_carriage_return) {
   static const char *const names[] = {"best.toml", "front.csv", "history.csv", "certificate.json",
                                       "combinations.csv"};
   int i;
@@ -852,42 +852,10 @@ static void test_no_result_has_a_carriage_return(void) {
 
 /* With the argument interrupt only the test that needs a console on Windows. */
 int main(int count, char **argument) {
-  UNITY_BEGIN();
   if (count > 1 && strcmp(argument[1], "interrupt") == 0) {
+    UNITY_BEGIN();
     RUN_TEST(test_an_interrupted_program_saves_and_exits_130);
     return UNITY_END();
   }
-  RUN_TEST(test_a_run_leaves_its_files);
-  RUN_TEST(test_a_search_already_there_is_not_overwritten);
-  RUN_TEST(test_a_stopped_run_continues_to_the_same_bytes);
-  RUN_TEST(test_what_cannot_be_opened_is_reported_and_nothing_written);
-  RUN_TEST(test_files_that_no_search_wrote_are_not_overwritten);
-  RUN_TEST(test_a_link_beside_a_result_is_not_followed);
-  RUN_TEST(test_a_journal_with_an_answer_of_no_task_is_refused);
-  RUN_TEST(test_a_pipe_is_no_journal);
-  RUN_TEST(test_another_specs_journal_is_refused);
-  RUN_TEST(test_limits_that_contradict_say_what_would_have_to_give);
-  RUN_TEST(test_a_design_that_the_budget_does_not_meet_is_found);
-  RUN_TEST(test_what_no_limit_of_the_spec_says_is_told_apart);
-  RUN_TEST(test_ranges_without_any_drive_say_so);
-  RUN_TEST(test_a_journal_that_cannot_grow_ends_the_run);
-  RUN_TEST(test_results_that_cannot_be_written_are_told);
-  RUN_TEST(test_every_result_that_has_no_place_is_told);
-  RUN_TEST(test_a_best_design_bound_by_a_figure_holds);
-  RUN_TEST(test_a_best_design_that_does_not_hold_on_the_fine_check_is_told);
-  RUN_TEST(test_a_best_design_that_is_not_settled_need_not_hold);
-  RUN_TEST(test_words_of_the_json_files);
-  RUN_TEST(test_files_name_limits_and_what_pruned);
-  RUN_TEST(test_results_on_a_full_disk_are_told);
-  RUN_TEST(test_nothing_is_refused);
-  RUN_TEST(test_a_drive_as_text_is_a_drive_file);
-  RUN_TEST(test_bad_usage_is_told_in_one_line);
-  RUN_TEST(test_the_program_searches);
-  RUN_TEST(test_a_terminal_is_shown_a_bar);
-  RUN_TEST(test_what_is_no_spec_is_told);
-  RUN_TEST(test_an_interrupted_program_saves_and_exits_130);
-  RUN_TEST(test_a_killed_program_goes_on_to_the_same_bytes);
-  RUN_TEST(test_a_long_path_of_other_letters_is_a_folder_like_another);
-  RUN_TEST(test_no_result_has_a_carriage_return);
-  return UNITY_END();
+  return run_tests();
 }

@@ -14,7 +14,7 @@
 #include "sound_answer.h"
 #include "spec.h"
 #include "stop.h"
-#include "unity.h"
+#include "test.h"
 
 #define FRONT_MAX 64
 
@@ -95,7 +95,7 @@ static void assert_same(const lm_solution a[], int count_a, const lm_solution b[
   TEST_ASSERT_EQUAL_MEMORY(a, b, (size_t)count_a * sizeof a[0]);
 }
 
-static void test_one_and_three_threads_give_the_same_bytes(void) {
+TEST(test_one_and_three_threads_give_the_same_bytes) {
   lm_solution alone[FRONT_MAX];
   lm_solution together[FRONT_MAX];
   int count;
@@ -106,7 +106,7 @@ static void test_one_and_three_threads_give_the_same_bytes(void) {
 }
 
 /* Answers in reverse order, each computed in a new workspace, as a cluster may do. */
-static void test_the_order_of_answers_does_not_matter(void) {
+TEST(test_the_order_of_answers_does_not_matter) {
   lm_solution straight[FRONT_MAX];
   lm_solution reversed[FRONT_MAX];
   lm_answer *answer = (lm_answer *)malloc(sizeof *answer);
@@ -134,7 +134,7 @@ static void test_the_order_of_answers_does_not_matter(void) {
   assert_same(straight, straight_count, reversed, lm_read_front(search, reversed, FRONT_MAX));
 }
 
-static void test_an_answer_that_nobody_awaits_is_refused(void) {
+TEST(test_an_answer_that_nobody_awaits_is_refused) {
   lm_answer *answer = (lm_answer *)calloc(1, sizeof *answer);
   read_spec(small_spec);
   search = lm_open_search(&problem);
@@ -150,7 +150,7 @@ static void test_an_answer_that_nobody_awaits_is_refused(void) {
 
 /* Each value of an answer in turn is out of its range: a foreign journal with a correct
  * checksum. */
-static void test_an_answer_with_a_value_out_of_range_is_refused(void) {
+TEST(test_an_answer_with_a_value_out_of_range_is_refused) {
   lm_answer *sound = (lm_answer *)calloc(1, sizeof *sound);
   lm_answer *bad = (lm_answer *)calloc(1, sizeof *bad);
   int *const whole[] = {&bad->computed,
@@ -252,7 +252,7 @@ static void resume(recorder *r, lm_journal_report *report) {
 }
 
 /* Killed twice, the second time in the middle of writing a record. */
-static void test_a_killed_search_ends_in_the_same_bytes(void) {
+TEST(test_a_killed_search_ends_in_the_same_bytes) {
   lm_solution whole[FRONT_MAX];
   lm_solution pieces[FRONT_MAX];
   lm_journal_report report;
@@ -284,7 +284,7 @@ static void test_a_killed_search_ends_in_the_same_bytes(void) {
   assert_same(whole, count, pieces, lm_read_front(search, pieces, FRONT_MAX));
 }
 
-static void test_a_changed_byte_ends_the_journal_there(void) {
+TEST(test_a_changed_byte_ends_the_journal_there) {
   lm_journal_report report;
   recorder r;
   FILE *file;
@@ -305,7 +305,7 @@ static void test_a_changed_byte_ends_the_journal_there(void) {
   lm_close_journal(r.journal);
 }
 
-static void test_another_specs_journal_is_refused(void) {
+TEST(test_another_specs_journal_is_refused) {
   lm_journal *journal;
   lm_journal_report report;
   read_spec(small_spec);
@@ -316,7 +316,7 @@ static void test_another_specs_journal_is_refused(void) {
                         lm_resume_journal(path, small_spec, take, search, &journal, &report));
 }
 
-static void test_what_is_no_journal_is_refused(void) {
+TEST(test_what_is_no_journal_is_refused) {
   lm_journal *journal;
   lm_journal_report report;
   FILE *file = fopen(path, "wb");
@@ -332,7 +332,7 @@ static void test_what_is_no_journal_is_refused(void) {
 
 /* --- what the search promises --- */
 
-static void test_every_combination_has_a_fate(void) {
+TEST(test_every_combination_has_a_fate) {
   lm_solution front[FRONT_MAX];
   lm_progress progress;
   int limit;
@@ -353,7 +353,7 @@ static void test_every_combination_has_a_fate(void) {
 
 /* The budget is never exceeded, even if it is too small for one batch of any stage or for the last
  * gradient of a solver; the unused rest is less than half a restart. */
-static void test_the_budget_is_kept(void) {
+TEST(test_the_budget_is_kept) {
   static const int budgets[] = {10, 61, 200, 777, 2400};
   lm_solution front[FRONT_MAX];
   lm_progress progress;
@@ -376,7 +376,7 @@ static void test_the_budget_is_kept(void) {
   }
 }
 
-static void test_designs_of_the_front_hold_on_the_fine_check_and_have_whole_grades(void) {
+TEST(test_designs_of_the_front_hold_on_the_fine_check_and_have_whole_grades) {
   lm_solution front[FRONT_MAX];
   lm_certificate *c = (lm_certificate *)malloc(sizeof *c);
   lm_fault fault;
@@ -430,7 +430,7 @@ static void write_starts(const lm_solution front[], int count, char *text, size_
 
 /* Even with a small budget each design is found again, or one that is as good. Designs with a grade
  * that is not whole, or that violate a limit, are valid starts too. */
-static void test_a_search_that_begins_with_a_front_loses_nothing_of_it(void) {
+TEST(test_a_search_that_begins_with_a_front_loses_nothing_of_it) {
   static char text[32768];
   lm_solution first[FRONT_MAX + 2];
   lm_solution front[FRONT_MAX];
@@ -470,7 +470,7 @@ static void test_a_search_that_begins_with_a_front_loses_nothing_of_it(void) {
 }
 
 /* One evaluation in twenty answers NaN. */
-static void test_damaged_evaluations_do_not_hurt(void) {
+TEST(test_damaged_evaluations_do_not_hurt) {
   lm_solution front[FRONT_MAX];
   lm_progress progress;
   char text[2048];
@@ -485,7 +485,7 @@ static void test_damaged_evaluations_do_not_hurt(void) {
 }
 
 /* No drive in the ranges has a safety factor of 9: the relaxed limit is that of the best drive. */
-static void test_contradictory_limits_are_explained(void) {
+TEST(test_contradictory_limits_are_explained) {
   lm_solution front[FRONT_MAX];
   double relax[LM_LIMIT_COUNT];
   double unit[LM_FREE_MAX];
@@ -505,7 +505,7 @@ static void test_contradictory_limits_are_explained(void) {
   TEST_ASSERT_GREATER_THAN_INT(0, run_with(1, front));
 }
 
-static void test_a_stopped_task_says_so(void) {
+TEST(test_a_stopped_task_says_so) {
   lm_answer *answer = (lm_answer *)malloc(sizeof *answer);
   const volatile int stop = 1;
   const lm_task *tasks;
@@ -520,7 +520,7 @@ static void test_a_stopped_task_says_so(void) {
 
 /* --- lists of designs --- */
 
-static void test_selection_takes_feasible_first_then_the_front_then_the_least_crowded(void) {
+TEST(test_selection_takes_feasible_first_then_the_front_then_the_least_crowded) {
   lm_solution list[6];
   const double unit[LM_FREE_MAX] = {0};
   const double objective[6][2] = {{1, 5}, {2, 2}, {2.1, 1.9}, {5, 1}, {6, 6}, {0, 0}};
@@ -534,25 +534,4 @@ static void test_selection_takes_feasible_first_then_the_front_then_the_least_cr
   TEST_ASSERT_EQUAL_INT(4, list[4].combination); /* dominated */
   TEST_ASSERT_TRUE(list[0].combination == 0 || list[0].combination == 3);
   TEST_ASSERT_TRUE(list[1].combination == 0 || list[1].combination == 3);
-}
-
-int main(void) {
-  UNITY_BEGIN();
-  RUN_TEST(test_one_and_three_threads_give_the_same_bytes);
-  RUN_TEST(test_the_order_of_answers_does_not_matter);
-  RUN_TEST(test_an_answer_that_nobody_awaits_is_refused);
-  RUN_TEST(test_an_answer_with_a_value_out_of_range_is_refused);
-  RUN_TEST(test_a_killed_search_ends_in_the_same_bytes);
-  RUN_TEST(test_a_changed_byte_ends_the_journal_there);
-  RUN_TEST(test_another_specs_journal_is_refused);
-  RUN_TEST(test_what_is_no_journal_is_refused);
-  RUN_TEST(test_every_combination_has_a_fate);
-  RUN_TEST(test_the_budget_is_kept);
-  RUN_TEST(test_designs_of_the_front_hold_on_the_fine_check_and_have_whole_grades);
-  RUN_TEST(test_a_search_that_begins_with_a_front_loses_nothing_of_it);
-  RUN_TEST(test_damaged_evaluations_do_not_hurt);
-  RUN_TEST(test_contradictory_limits_are_explained);
-  RUN_TEST(test_a_stopped_task_says_so);
-  RUN_TEST(test_selection_takes_feasible_first_then_the_front_then_the_least_crowded);
-  return UNITY_END();
 }

@@ -7,7 +7,7 @@
 #include "lostmotion/design_keys.h"
 #include "lostmotion/tolerance.h"
 #include "spec.h"
-#include "unity.h"
+#include "test.h"
 
 static lm_problem problem;
 static lm_spec_error error;
@@ -65,7 +65,7 @@ static const char *between(const char *before, const char *middle, const char *a
   return text;
 }
 
-static void test_every_number_lands_where_it_belongs(void) {
+TEST(test_every_number_lands_where_it_belongs) {
   assert_read(
       "torque_Nm 1.5\nratio_sign -1\ndamaged_share 0.25\n"
       "evaluations 777\nphases 4\nrigid_gear_turns 1\nseed 4294967295\nlevel probable\n");
@@ -79,7 +79,7 @@ static void test_every_number_lands_where_it_belongs(void) {
   TEST_ASSERT_EQUAL_INT(LM_LEVEL_PROBABLE, problem.level);
 }
 
-static void test_every_limit_lands_where_it_belongs(void) {
+TEST(test_every_limit_lands_where_it_belongs) {
   assert_read(
       "limit safety_factor_min 2\nlimit outer_diameter_max_mm 70\n"
       "limit interference_max_mm 0.01\nlimit gap_min_arcmin 0.5\nlimit free_assembly 1\n"
@@ -99,7 +99,7 @@ static void test_every_limit_lands_where_it_belongs(void) {
   TEST_ASSERT_TRUE(problem.bounds.figure_max[LM_FIGURE_COMPLIANCE] == 0);
 }
 
-static void test_costs_and_chains_land_where_they_belong(void) {
+TEST(test_costs_and_chains_land_where_they_belong) {
   assert_read(
       "cost tolerance_exponent 0.8\ncost size 2.5\ncost rollers 7\n"
       "radial 1e-5 0.5 0.25 30\nradial 2e-5 0.6 0.75 20\ntorsion 1e5 100\n"
@@ -116,13 +116,13 @@ static void test_costs_and_chains_land_where_they_belong(void) {
   TEST_ASSERT_TRUE(problem.link[0].offset_mm == 0.01);
 }
 
-static void test_a_link_without_a_cost_counts_as_one(void) {
+TEST(test_a_link_without_a_cost_counts_as_one) {
   assert_read("link 0.5 48 0.5 0 0 normal teeth\nlink 0.5 48 0.5 0 3 normal teeth\n");
   TEST_ASSERT_TRUE(problem.link[0].cost_weight == 1);
   TEST_ASSERT_TRUE(problem.link[1].cost_weight == 3);
 }
 
-static void test_lines_that_hold_too_much_are_refused(void) {
+TEST(test_lines_that_hold_too_much_are_refused) {
   char line[4096];
   memset(line, 'x', sizeof line);
   memcpy(line, "fixed teeth.", 12);
@@ -134,7 +134,7 @@ static void test_lines_that_hold_too_much_are_refused(void) {
   TEST_ASSERT_EQUAL_INT(64, problem.choice[0].count);
 }
 
-static void test_more_than_there_is_room_for_is_refused(void) {
+TEST(test_more_than_there_is_room_for_is_refused) {
   assert_refused(
       "objective cost\nobjective stress\nobjective compliance\n"
       "objective tolerance_lost_motion\n",
@@ -155,7 +155,7 @@ static void test_more_than_there_is_room_for_is_refused(void) {
 }
 
 /* A ninth choice with two values is not a range. */
-static void test_a_list_of_values_is_never_a_range(void) {
+TEST(test_a_list_of_values_is_never_a_range) {
   lm_choice full;
   assert_refused("choose teeth.root_clearance\n", 1, "wrong number of values");
   assert_refused("range teeth.root_clearance 0.2\n", 1, "wrong number of values");
@@ -170,7 +170,7 @@ static void test_a_list_of_values_is_never_a_range(void) {
   TEST_ASSERT_EQUAL_MEMORY(&full, &problem.choice[0], sizeof full);
 }
 
-static void test_numbers_that_are_none_are_refused(void) {
+TEST(test_numbers_that_are_none_are_refused) {
   assert_refused("evaluations 1e300\n", 1, "1e300");
   assert_refused("evaluations 100.5\n", 1, "expected a whole number");
   assert_refused("evaluations nan\n", 1, "expected a whole number");
@@ -186,7 +186,7 @@ static void test_numbers_that_are_none_are_refused(void) {
   assert_refused("cost size big\n", 1, "expected one number");
 }
 
-static void test_ratios_that_no_teeth_give_are_refused(void) {
+TEST(test_ratios_that_no_teeth_give_are_refused) {
   static const char spec[] =
       "rated_torque_Nm 40\nobjective lost_motion\n"
       "fixed generator.type discs\nfixed teeth.module_mm 0.25\n"
@@ -202,7 +202,7 @@ static void test_ratios_that_no_teeth_give_are_refused(void) {
 }
 
 /* The ring is the flexspline then, and the rigid gear has two teeth less. */
-static void test_teeth_by_ratio_of_an_external_drive(void) {
+TEST(test_teeth_by_ratio_of_an_external_drive) {
   lm_start_problem(&problem);
   problem.value[LM_KEY_DEFORMATION] = 1;
   problem.rigid_gear_turns = 1;
@@ -226,7 +226,7 @@ static void assert_start_refused(const char *lines, int line, const char *words)
 }
 
 /* A value of every choice, then of every range, in their order. */
-static void test_a_start_is_a_point(void) {
+TEST(test_a_start_is_a_point) {
   TEST_ASSERT_EQUAL_INT_MESSAGE(
       LM_OK,
       read_starts("start 25 1.6 0.9 4\nstart 35 1.8 1.2 2.5\nstart 30 1.6 1.3000000000001 2\n"),
@@ -242,7 +242,7 @@ static void test_a_start_is_a_point(void) {
   TEST_ASSERT_TRUE(problem.start[2].unit[0] == 1); /* rounding */
 }
 
-static void test_a_start_that_is_no_point_is_refused(void) {
+TEST(test_a_start_that_is_no_point_is_refused) {
   assert_start_refused("start 25 1.6 0.9\n", 1, "a value of every variable");
   assert_start_refused("start 25 1.6 0.9 4 4\n", 1, "a value of every variable");
   assert_start_refused("start 25 1.6 x 4\n", 1, "expected a number");
@@ -257,7 +257,7 @@ static void test_a_start_that_is_no_point_is_refused(void) {
 }
 
 /* Values that must be integers. */
-static void test_sections_teeth_and_kinds_are_whole(void) {
+TEST(test_sections_teeth_and_kinds_are_whole) {
   char text[1024];
   assert_refused("fixed axial_sections 2.6\n", 0, "found 2.6, expected 2 to 3");
   assert_refused("choose teeth.deformation 0.5\n", 0, "found 0.5, expected 0 to 1");
@@ -268,7 +268,7 @@ static void test_sections_teeth_and_kinds_are_whole(void) {
   TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error.text, "found 201, expected 200 to 202"), error.text);
 }
 
-static void test_variables_that_contradict_are_refused(void) {
+TEST(test_variables_that_contradict_are_refused) {
   assert_refused("range teeth.deformation 0 1\n", 0, "teeth.deformation");
   assert_refused("range axial_sections 1 3\n", 0, "axial_sections");
   assert_refused("range teeth.root_clearance 0.3 9\n", 0, "teeth.root_clearance");
@@ -287,7 +287,7 @@ static void test_variables_that_contradict_are_refused(void) {
 
 /* The minimal spec, after one line and an empty one, fixes the teeth in line 7 and varies the shift
  * in line 9. */
-static void test_a_key_has_one_value(void) {
+TEST(test_a_key_has_one_value) {
   static const char second[] = "a second value";
   lm_fault fault;
   assert_refused("choose teeth.flexspline_teeth 198 200\n", 7, second);
@@ -326,7 +326,7 @@ static void test_a_key_has_one_value(void) {
   TEST_ASSERT_EQUAL_STRING("teeth.flexspline_teeth", fault.input);
 }
 
-static void test_more_combinations_than_the_search_holds_are_refused(void) {
+TEST(test_more_combinations_than_the_search_holds_are_refused) {
   static char lines[12288];
   strcpy(lines, between("choose teeth.root_clearance", repeat(" 0.3%02d", 64), "\n"));
   strcat(lines, between("choose teeth.tooth_height", repeat(" 1.7%02d", 64), "\n"));
@@ -336,7 +336,7 @@ static void test_more_combinations_than_the_search_holds_are_refused(void) {
 }
 
 /* Errors that the text cannot contain, but a caller of the functions can make. */
-static void test_links_of_no_kind_are_refused(void) {
+TEST(test_links_of_no_kind_are_refused) {
   lm_fault fault;
   assert_read("link 0.5 48 0.5 0 1 normal teeth\n");
   problem.link[0].distribution = 4;
@@ -354,7 +354,7 @@ static void test_links_of_no_kind_are_refused(void) {
 /* Root mean square of the deviations, in units of tau: a normal one is not truncated and
  * has 1/3, an inspected one is truncated at 3 sigma, a triangle has 1 / sqrt(6), a uniform
  * one 1 / sqrt(3). */
-static void test_sampled_deviations_have_their_distributions(void) {
+TEST(test_sampled_deviations_have_their_distributions) {
   static const double expected[] = {1.0 / 3, 0.32889, 0.40825, 0.57735};
   int i;
   assert_read(
@@ -377,7 +377,7 @@ static void test_sampled_deviations_have_their_distributions(void) {
   }
 }
 
-static void test_names_outside_their_lists_are_empty(void) {
+TEST(test_names_outside_their_lists_are_empty) {
   char text[LM_KEY_NAME_MAX];
   lm_write_key(LM_KEY_COUNT, text);
   TEST_ASSERT_EQUAL_STRING("", text);
@@ -388,28 +388,4 @@ static void test_names_outside_their_lists_are_empty(void) {
   TEST_ASSERT_EQUAL_STRING("arcsec", lm_figure_unit(LM_FIGURE_KINEMATIC_ERROR));
   TEST_ASSERT_EQUAL_STRING("", lm_limit_name(-1));
   TEST_ASSERT_EQUAL_STRING("", lm_generator_name(-1));
-}
-
-int main(void) {
-  UNITY_BEGIN();
-  RUN_TEST(test_every_number_lands_where_it_belongs);
-  RUN_TEST(test_every_limit_lands_where_it_belongs);
-  RUN_TEST(test_costs_and_chains_land_where_they_belong);
-  RUN_TEST(test_a_link_without_a_cost_counts_as_one);
-  RUN_TEST(test_lines_that_hold_too_much_are_refused);
-  RUN_TEST(test_more_than_there_is_room_for_is_refused);
-  RUN_TEST(test_a_list_of_values_is_never_a_range);
-  RUN_TEST(test_numbers_that_are_none_are_refused);
-  RUN_TEST(test_ratios_that_no_teeth_give_are_refused);
-  RUN_TEST(test_teeth_by_ratio_of_an_external_drive);
-  RUN_TEST(test_a_start_is_a_point);
-  RUN_TEST(test_a_start_that_is_no_point_is_refused);
-  RUN_TEST(test_sections_teeth_and_kinds_are_whole);
-  RUN_TEST(test_variables_that_contradict_are_refused);
-  RUN_TEST(test_a_key_has_one_value);
-  RUN_TEST(test_more_combinations_than_the_search_holds_are_refused);
-  RUN_TEST(test_links_of_no_kind_are_refused);
-  RUN_TEST(test_sampled_deviations_have_their_distributions);
-  RUN_TEST(test_names_outside_their_lists_are_empty);
-  return UNITY_END();
 }

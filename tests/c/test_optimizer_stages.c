@@ -8,7 +8,7 @@
 #include "archive.h"
 #include "search.h"
 #include "spec.h"
-#include "unity.h"
+#include "test.h"
 
 #define FRONT_MAX 1024
 
@@ -363,7 +363,7 @@ static const char *spec_of(int objectives, int evaluations, int modules, int see
   return text;
 }
 
-static void test_every_search_ends_with_its_budget_spent(void) {
+TEST(test_every_search_ends_with_its_budget_spent) {
   static const int budgets[] = {10, 100, 1000, 5000, 12000, 40000};
   int objectives;
   int seed;
@@ -383,7 +383,7 @@ static void test_every_search_ends_with_its_budget_spent(void) {
 }
 
 /* The stages that a larger budget opens. */
-static void test_a_budget_goes_where_the_stages_say(void) {
+TEST(test_a_budget_goes_where_the_stages_say) {
   run_in(&plain, spec_of(1, 20000, 7, 1));
   TEST_ASSERT_GREATER_THAN_INT(0, kinds[LM_TASK_EVOLVE]);
   TEST_ASSERT_GREATER_THAN_INT(0, kinds[LM_TASK_ISRES]); /* restarts of one objective */
@@ -398,7 +398,7 @@ static void test_a_budget_goes_where_the_stages_say(void) {
 
 /* The population breeds from the extreme points of the front, if the budget is large enough to find
  * them. With few evaluations it gets the rest, and the refinement of the front runs beside it. */
-static void test_the_ends_of_the_front_are_sought_beside_the_population(void) {
+TEST(test_the_ends_of_the_front_are_sought_beside_the_population) {
   world infeasible = plain;
   int objectives;
   for (objectives = 2; objectives <= 4; objectives++) {
@@ -422,7 +422,7 @@ static void test_the_ends_of_the_front_are_sought_beside_the_population(void) {
 }
 
 /* A tenth of the budget, but a gradient for each, and no more than a solver uses. */
-static void test_the_ends_of_the_front_leave_the_budget_to_what_lies_between(void) {
+TEST(test_the_ends_of_the_front_leave_the_budget_to_what_lies_between) {
   char many[4096];
   run_in(&plain, spec_of(4, 5000, 7, 1));
   TEST_ASSERT_INT_WITHIN(4, 500, most_for_ends);
@@ -439,7 +439,7 @@ static void test_the_ends_of_the_front_leave_the_budget_to_what_lies_between(voi
 }
 
 /* Each in another combination, so that there are more ends than places in the population. */
-static void test_a_front_of_many_combinations_is_recalled_in_part(void) {
+TEST(test_a_front_of_many_combinations_is_recalled_in_part) {
   run_in(&plain, spec_of(4, 9000, 1200, 1));
   TEST_ASSERT_EQUAL_INT(LM_STAGE_DONE, stage());
   TEST_ASSERT_EQUAL_INT(2 * LM_PARENT_MAX, dealt);
@@ -447,7 +447,7 @@ static void test_a_front_of_many_combinations_is_recalled_in_part(void) {
 }
 
 /* The best design of each combination in each objective is the first that a population loses. */
-static void test_a_population_breeds_from_the_ends_of_the_front(void) {
+TEST(test_a_population_breeds_from_the_ends_of_the_front) {
   int objectives;
   for (objectives = 3; objectives <= 4; objectives++) {
     run_in(&plain, spec_of(objectives, 9000, 4, 1));
@@ -458,7 +458,7 @@ static void test_a_population_breeds_from_the_ends_of_the_front(void) {
 
 /* A front that is wide after the screening, of fewer combinations than half the places of a
  * population. */
-static void test_a_wide_front_of_few_combinations_fills_the_population(void) {
+TEST(test_a_wide_front_of_few_combinations_fills_the_population) {
   run_in(&plain, spec_of(4, 9000, 20, 1));
   TEST_ASSERT_EQUAL_INT(LM_STAGE_DONE, stage());
   TEST_ASSERT_EQUAL_INT(2 * LM_PARENT_MAX, dealt);
@@ -466,14 +466,14 @@ static void test_a_wide_front_of_few_combinations_fills_the_population(void) {
 
 /* With a large budget a round of the trade-off has many levels, no two of them in one gap of the
  * front. */
-static void test_a_round_of_the_trade_off_has_as_many_levels_as_its_budget_carries(void) {
+TEST(test_a_round_of_the_trade_off_has_as_many_levels_as_its_budget_carries) {
   run_in(&plain, spec_of(2, 5000, 7, 1));
   TEST_ASSERT_LESS_OR_EQUAL_INT(2, most_levels);
   run_in(&plain, spec_of(2, 100000, 7, 1));
   TEST_ASSERT_GREATER_THAN_INT(3, most_levels);
 }
 
-static void test_a_model_that_refuses_everything_ends_the_search(void) {
+TEST(test_a_model_that_refuses_everything_ends_the_search) {
   world refusing = plain;
   lm_progress progress;
   double unit[LM_FREE_MAX];
@@ -492,7 +492,7 @@ static void test_a_model_that_refuses_everything_ends_the_search(void) {
   }
 }
 
-static void test_without_a_feasible_design_restarts_go_on_and_the_nearest_is_told(void) {
+TEST(test_without_a_feasible_design_restarts_go_on_and_the_nearest_is_told) {
   world infeasible = plain;
   double unit[LM_FREE_MAX];
   double violation = -1;
@@ -514,7 +514,7 @@ static void test_without_a_feasible_design_restarts_go_on_and_the_nearest_is_tol
 /* One objective: rounds without anything better end the search before its budget. */
 /* All of the front is checked, and the best of each objective solved; if no design is within the
  * limits, neighbours are tried, and the search ends. */
-static void test_a_front_of_which_nothing_holds_is_tried_beside(void) {
+TEST(test_a_front_of_which_nothing_holds_is_tried_beside) {
   static lm_solution front[FRONT_MAX];
   world unsure = plain;
   int objectives;
@@ -533,7 +533,7 @@ static void test_a_front_of_which_nothing_holds_is_tried_beside(void) {
   }
 }
 
-static void test_restarts_that_find_nothing_better_end_early(void) {
+TEST(test_restarts_that_find_nothing_better_end_early) {
   world same = plain;
   same.single = 1;
   run_in(&same, spec_of(1, 200000, 7, 1));
@@ -542,7 +542,7 @@ static void test_restarts_that_find_nothing_better_end_early(void) {
   TEST_ASSERT_EQUAL_INT(1, lm_read_front(search, NULL, 0));
 }
 
-static void test_fronts_of_one_design_and_flat_objectives_are_no_trouble(void) {
+TEST(test_fronts_of_one_design_and_flat_objectives_are_no_trouble) {
   world same = plain;
   world flat = plain;
   int objectives;
@@ -558,7 +558,7 @@ static void test_fronts_of_one_design_and_flat_objectives_are_no_trouble(void) {
 }
 
 /* More combinations than a batch holds, and than a small budget can evaluate. */
-static void test_many_combinations_are_screened_in_batches(void) {
+TEST(test_many_combinations_are_screened_in_batches) {
   lm_progress progress;
   run_in(&plain, spec_of(2, 20000, 1200, 1));
   TEST_ASSERT_EQUAL_INT(LM_STAGE_DONE, stage());
@@ -569,7 +569,7 @@ static void test_many_combinations_are_screened_in_batches(void) {
 }
 
 /* A race of all of them: 256 at a time. Tasks that cost 500 times their budget make it short. */
-static void test_a_race_of_many_fits_the_batch(void) {
+TEST(test_a_race_of_many_fits_the_batch) {
   world dear = plain;
   lm_progress progress;
   dear.overrun = 500;
@@ -581,7 +581,7 @@ static void test_a_race_of_many_fits_the_batch(void) {
 }
 
 /* More members than requested, and than the islands hold. */
-static void test_members_beyond_the_islands_are_let_go(void) {
+TEST(test_members_beyond_the_islands_are_let_go) {
   world crowded = plain;
   crowded.from_members = LM_PARENT_MAX;
   run_in(&crowded, spec_of(2, 12000, 40, 1));
@@ -590,7 +590,7 @@ static void test_members_beyond_the_islands_are_let_go(void) {
 
 /* An excluded combination remains excluded, even if a population has points of it: they state how
  * far the limit is from being met. */
-static void test_pruned_combinations_stay_pruned(void) {
+TEST(test_pruned_combinations_stay_pruned) {
   world infeasible = plain;
   char spec[4096];
   lm_spec_error error = {0, ""};
@@ -635,7 +635,7 @@ static int deal_first_population(void) {
 
 /* Designs to begin with are examined before anything else, and the first population breeds from
  * those on the front. */
-static void test_a_search_begins_with_its_starts(void) {
+TEST(test_a_search_begins_with_its_starts) {
   static const int budgets[] = {5000, 40000};
   lm_spec_error error = {0, ""};
   char spec[4096];
@@ -667,7 +667,7 @@ static void test_a_search_begins_with_its_starts(void) {
   }
 }
 
-static void test_a_start_that_a_bound_excludes_is_left_out(void) {
+TEST(test_a_start_that_a_bound_excludes_is_left_out) {
   world infeasible = plain;
   char spec[4096];
   infeasible.feasible = 0;
@@ -678,7 +678,7 @@ static void test_a_start_that_a_bound_excludes_is_left_out(void) {
   TEST_ASSERT_EQUAL_INT(LM_STAGE_DONE, stage());
 }
 
-static void test_ids_and_fates_outside_are_refused(void) {
+TEST(test_ids_and_fates_outside_are_refused) {
   lm_spec_error error = {0, ""};
   const lm_task *tasks;
   lm_answer *repeated = (lm_answer *)malloc(sizeof *repeated);
@@ -707,29 +707,4 @@ static void test_ids_and_fates_outside_are_refused(void) {
   TEST_ASSERT_EQUAL_STRING("", lm_fate_name(LM_FATE_COUNT));
   free(repeated);
   lm_close_search(NULL);
-}
-
-int main(void) {
-  UNITY_BEGIN();
-  RUN_TEST(test_every_search_ends_with_its_budget_spent);
-  RUN_TEST(test_a_budget_goes_where_the_stages_say);
-  RUN_TEST(test_the_ends_of_the_front_are_sought_beside_the_population);
-  RUN_TEST(test_the_ends_of_the_front_leave_the_budget_to_what_lies_between);
-  RUN_TEST(test_a_front_of_many_combinations_is_recalled_in_part);
-  RUN_TEST(test_a_population_breeds_from_the_ends_of_the_front);
-  RUN_TEST(test_a_wide_front_of_few_combinations_fills_the_population);
-  RUN_TEST(test_a_round_of_the_trade_off_has_as_many_levels_as_its_budget_carries);
-  RUN_TEST(test_a_model_that_refuses_everything_ends_the_search);
-  RUN_TEST(test_without_a_feasible_design_restarts_go_on_and_the_nearest_is_told);
-  RUN_TEST(test_a_front_of_which_nothing_holds_is_tried_beside);
-  RUN_TEST(test_restarts_that_find_nothing_better_end_early);
-  RUN_TEST(test_fronts_of_one_design_and_flat_objectives_are_no_trouble);
-  RUN_TEST(test_many_combinations_are_screened_in_batches);
-  RUN_TEST(test_a_race_of_many_fits_the_batch);
-  RUN_TEST(test_members_beyond_the_islands_are_let_go);
-  RUN_TEST(test_pruned_combinations_stay_pruned);
-  RUN_TEST(test_a_search_begins_with_its_starts);
-  RUN_TEST(test_a_start_that_a_bound_excludes_is_left_out);
-  RUN_TEST(test_ids_and_fates_outside_are_refused);
-  return UNITY_END();
 }

@@ -9,7 +9,7 @@
 #include "pool.h"
 #include "run_task.h"
 #include "spec.h"
-#include "unity.h"
+#include "test.h"
 
 static lm_problem problem;
 static lm_workspace *workspace;
@@ -86,7 +86,7 @@ static void check_answer(void) {
   }
 }
 
-static void test_a_screen_looks_at_half_its_budget_of_points(void) {
+TEST(test_a_screen_looks_at_half_its_budget_of_points) {
   read_with("fixed generator.type discs\n", two_objectives, "");
   make_task(LM_TASK_SCREEN, 1);
   run();
@@ -103,7 +103,7 @@ static void test_a_screen_looks_at_half_its_budget_of_points(void) {
 }
 
 /* The design itself, and if it interferes, the same with its gap closed. */
-static void test_a_look_is_at_one_design(void) {
+TEST(test_a_look_is_at_one_design) {
   read_with("fixed generator.type discs\n", "objective lost_motion\n", "");
   make_task(LM_TASK_EVALUATE, 2);
   task.unit[1] = 0.4;
@@ -121,7 +121,7 @@ static void test_a_look_is_at_one_design(void) {
 }
 
 /* No range of this spec opens gaps: each point is examined once. */
-static void test_points_without_a_shift_leave_the_gaps(void) {
+TEST(test_points_without_a_shift_leave_the_gaps) {
   lm_spec_error error = {0, ""};
   static const char spec[] =
       "rated_torque_Nm 40\nobjective lost_motion\n"
@@ -139,7 +139,7 @@ static void test_points_without_a_shift_leave_the_gaps(void) {
   TEST_ASSERT_EQUAL_INT(3, answer->plain);
 }
 
-static void test_gradients_end_at_or_below_where_they_began(void) {
+TEST(test_gradients_end_at_or_below_where_they_began) {
   double begun;
   read_with("fixed generator.type discs\n", two_objectives, "limit stress_max 0.6\n");
   make_task(LM_TASK_SCREEN, 40);
@@ -183,7 +183,7 @@ static void take_one_gradient(const double unit[]) {
 }
 
 /* SLSQP goes slightly beyond the gaps: its points are designs after these are closed. */
-static void test_gradients_look_at_points_that_interfere_with_their_gaps_closed(void) {
+TEST(test_gradients_look_at_points_that_interfere_with_their_gaps_closed) {
   static const char without_shift[] =
       "rated_torque_Nm 40\nobjective lost_motion\n"
       "fixed planar_only 1\nfixed generator.type discs\nfixed teeth.module_mm 0.25\n"
@@ -213,7 +213,7 @@ static void test_gradients_look_at_points_that_interfere_with_their_gaps_closed(
 /* SLSQP evaluates a point that violates its gaps with these closed, if that may be a gain. A
  * constant cost is the same at the first design as anywhere, and the tolerance-only
  * evaluations end. */
-static void test_gaps_are_closed_only_where_that_may_gain(void) {
+TEST(test_gaps_are_closed_only_where_that_may_gain) {
   static const char *const objectives[] = {"objective lost_motion\n", "objective cost\n"};
   int i;
   for (i = 0; i < 2; i++) {
@@ -229,7 +229,7 @@ static void test_gaps_are_closed_only_where_that_may_gain(void) {
 }
 
 /* One objective bounded at a level: the bound counts as a limit, with gradients and without. */
-static void test_a_bound_of_the_aim_is_kept(void) {
+TEST(test_a_bound_of_the_aim_is_kept) {
   static const int kinds[] = {LM_TASK_SLSQP, LM_TASK_COBYLA, LM_TASK_ISRES};
   int i;
   read_with("fixed generator.type discs\n", two_objectives, two_grades);
@@ -244,7 +244,7 @@ static void test_a_bound_of_the_aim_is_kept(void) {
   }
 }
 
-static void test_a_bridge_lies_between_its_ends(void) {
+TEST(test_a_bridge_lies_between_its_ends) {
   int i;
   int k;
   read_with("fixed generator.type discs\n", two_objectives, "");
@@ -263,7 +263,7 @@ static void test_a_bridge_lies_between_its_ends(void) {
 }
 
 /* Specs without a trade-off of tolerances against cost, and with one by a limit on cost. */
-static void test_a_population_keeps_its_size(void) {
+TEST(test_a_population_keeps_its_size) {
   static const char *const objectives[] = {"objective lost_motion\nlimit cost_max 20\n",
                                            "objective lost_motion\nobjective stress\n",
                                            "objective cost\n"};
@@ -285,7 +285,7 @@ static void test_a_population_keeps_its_size(void) {
 
 /* Tolerances have a cost, and no side clearance depends on them. A tolerance-only evaluation
  * reports the same as a whole evaluation of the point. */
-static void test_tolerances_are_looked_at_by_themselves_where_they_are_weighed(void) {
+TEST(test_tolerances_are_looked_at_by_themselves_where_they_are_weighed) {
   static const char corner[] =
       "objective lost_motion\nobjective cost\n"
       "limit gap_at_worst_corner 1\n";
@@ -351,7 +351,7 @@ static int count_grafted(int teeth) {
 
 /* If they are not cheaper, tolerances alone are changed the less often, the more other variables
  * there are. The parents violate limits, so that each child has a place. */
-static void test_tolerances_alone_change_by_their_share_of_the_variables(void) {
+TEST(test_tolerances_alone_change_by_their_share_of_the_variables) {
   static const char *const more[] = {
       "limit gap_at_worst_corner 1\n",
       "limit gap_at_worst_corner 1\n"
@@ -383,7 +383,7 @@ static void test_tolerances_alone_change_by_their_share_of_the_variables(void) {
 }
 
 /* Beside parents that no closed gap can reach, none is closed. */
-static void test_a_second_look_goes_where_it_may_gain(void) {
+TEST(test_a_second_look_goes_where_it_may_gain) {
   int i;
   int k;
   read_with("choose generator.type discs rollers\n", "objective lost_motion\nobjective cost\n",
@@ -406,7 +406,7 @@ static void test_a_second_look_goes_where_it_may_gain(void) {
 
 /* A limit that depends on no variable is no obstacle, although no solver can move off it.
  */
-static void test_a_limit_that_nothing_moves_hinders_nobody(void) {
+TEST(test_a_limit_that_nothing_moves_hinders_nobody) {
   static const char fits[] =
       "link 0.5 48 0.5 0 1 normal generator\nfixed tolerance.0.grade 7\nlevel worst\n";
   double free_value;
@@ -423,7 +423,7 @@ static void test_a_limit_that_nothing_moves_hinders_nobody(void) {
   TEST_ASSERT_DOUBLE_WITHIN(1e-6 * free_value, free_value, answer->value);
 }
 
-static void test_a_settled_design_has_whole_grades_and_certifies(void) {
+TEST(test_a_settled_design_has_whole_grades_and_certifies) {
   lm_certificate *certificate = (lm_certificate *)malloc(sizeof *certificate);
   read_with("fixed generator.type discs\n", two_objectives, two_grades);
   make_task(LM_TASK_VERIFY, 2400);
@@ -441,7 +441,7 @@ static void test_a_settled_design_has_whole_grades_and_certifies(void) {
 
 /* A limit of a figure that binds at the phases of the search is broken between them: the
  * verification has to move off it, and the figures stay those of the search's phases. */
-static void test_a_settled_design_keeps_its_figures_limits_between_the_phases(void) {
+TEST(test_a_settled_design_keeps_its_figures_limits_between_the_phases) {
   static const char *const limits[] = {"limit tolerance_lost_motion_max_arcmin 2.5\n",
                                        "limit stiffness_min_Nm_per_rad 29800\n",
                                        "limit kinematic_error_max_arcsec 0.3\n"};
@@ -464,7 +464,7 @@ static void test_a_settled_design_keeps_its_figures_limits_between_the_phases(vo
 }
 
 /* Three roundings of two grades; only the first is a complete evaluation. */
-static void test_roundings_have_the_figures_of_complete_evaluations(void) {
+TEST(test_roundings_have_the_figures_of_complete_evaluations) {
   lm_solution found[3];
   int count;
   int i;
@@ -491,7 +491,7 @@ static void test_roundings_have_the_figures_of_complete_evaluations(void) {
 }
 
 /* Between 5.5 and 8.5 the whole grades are 6 .. 8, though 5 and 9 are neighbours of the ends. */
-static void test_a_grade_is_not_rounded_out_of_its_range(void) {
+TEST(test_a_grade_is_not_rounded_out_of_its_range) {
   double grade;
   read_with("fixed generator.type discs\n", "objective tolerance_lost_motion\n",
             "whole tolerance.0.grade 5.5 8.5\n");
@@ -509,7 +509,7 @@ static void test_a_grade_is_not_rounded_out_of_its_range(void) {
   TEST_ASSERT_DOUBLE_WITHIN(1e-9, 8, grade);
 }
 
-static void test_what_cannot_be_kept_is_not_settled(void) {
+TEST(test_what_cannot_be_kept_is_not_settled) {
   read_with("fixed generator.type discs\n", two_objectives, "limit safety_factor_min 9\n");
   make_task(LM_TASK_VERIFY, 2400);
   run();
@@ -526,7 +526,7 @@ static void test_what_cannot_be_kept_is_not_settled(void) {
 
 /* From a start that violates limits comes a design that violates none, whatever its value, and then
  * a better one. */
-static void test_a_repair_finds_a_design_and_makes_it_better(void) {
+TEST(test_a_repair_finds_a_design_and_makes_it_better) {
   static const char limits[] = "limit tolerance_lost_motion_max_arcmin 2.5\n";
   double first;
   read_with("fixed generator.type discs\nobjective cost\n", two_grades, limits);
@@ -553,7 +553,7 @@ static void test_a_repair_finds_a_design_and_makes_it_better(void) {
 }
 
 /* Limits that cannot be met end at whole grades of the range, with the values of all limits. */
-static void test_a_repair_without_a_design_says_what_has_to_give(void) {
+TEST(test_a_repair_without_a_design_says_what_has_to_give) {
   double relax[LM_LIMIT_COUNT];
   double sum = 0;
   int limit;
@@ -574,7 +574,7 @@ static void test_a_repair_without_a_design_says_what_has_to_give(void) {
 }
 
 /* Limits of the worst corner are not those of the nominal drive between the angles. */
-static void test_gaps_of_the_worst_corner_settle_on_the_scan(void) {
+TEST(test_gaps_of_the_worst_corner_settle_on_the_scan) {
   read_with("fixed generator.type discs\nlevel worst\n", two_objectives,
             "limit gap_at_worst_corner 1\n");
   make_task(LM_TASK_VERIFY, 2400);
@@ -584,7 +584,7 @@ static void test_gaps_of_the_worst_corner_settle_on_the_scan(void) {
 }
 
 /* A third of the evaluations returns NaN: every method continues. */
-static void test_every_kind_lives_with_nan(void) {
+TEST(test_every_kind_lives_with_nan) {
   int kind;
   read_with("fixed generator.type discs\n", two_objectives, "damaged_share 0.33\n");
   for (kind = LM_TASK_SCREEN; kind <= LM_TASK_VERIFY; kind++) {
@@ -607,7 +607,7 @@ static void test_every_kind_lives_with_nan(void) {
 
 /* If both neighbours of a grade are refused there is no design, but the task still has its answer:
  * a search waits for it. */
-static void test_a_settling_without_any_whole_grade_answers_its_task(void) {
+TEST(test_a_settling_without_any_whole_grade_answers_its_task) {
   int lost = 0;
   int start;
   read_with("choose generator.type discs rollers\n", two_objectives, two_grades);
@@ -623,7 +623,7 @@ static void test_a_settling_without_any_whole_grade_answers_its_task(void) {
   TEST_ASSERT_GREATER_THAN_INT(2, lost);
 }
 
-static void test_every_kind_stops(void) {
+TEST(test_every_kind_stops) {
   const volatile int stop = 1;
   int kind;
   read_with("fixed generator.type discs\n", two_objectives, two_grades);
@@ -634,7 +634,7 @@ static void test_every_kind_stops(void) {
   }
 }
 
-static void test_nothing_is_refused(void) {
+TEST(test_nothing_is_refused) {
   double relax[LM_LIMIT_COUNT];
   double unit[LM_FREE_MAX] = {0.5, 0.5, 0.5, 0.5};
   const volatile int stop = 1;
@@ -655,7 +655,7 @@ static void test_nothing_is_refused(void) {
 }
 
 /* Two limits that no drive meets together, and how far each must be relaxed. */
-static void test_what_must_give_is_found_from_any_start(void) {
+TEST(test_what_must_give_is_found_from_any_start) {
   double relax[LM_LIMIT_COUNT];
   double unit[LM_FREE_MAX] = {0.5, 0.5, 0.5, 0.5, 1, 1};
   const volatile int stop = 1;
@@ -694,7 +694,7 @@ static void count_answer(void *context, const lm_answer *done) {
   answers++;
 }
 
-static void test_a_pool_needs_a_number_of_workers_that_it_has_room_for(void) {
+TEST(test_a_pool_needs_a_number_of_workers_that_it_has_room_for) {
   lm_pool *pool;
   TEST_ASSERT_NULL(lm_open_pool(-1));
   TEST_ASSERT_NULL(lm_open_pool(LM_WORKERS_MAX + 1));
@@ -707,36 +707,4 @@ static void test_a_pool_needs_a_number_of_workers_that_it_has_room_for(void) {
                         lm_run_tasks(pool, &problem, &task, 1, NULL, count_answer, NULL, NULL));
   TEST_ASSERT_EQUAL_INT(1, answers);
   lm_close_pool(pool);
-}
-
-int main(void) {
-  UNITY_BEGIN();
-  RUN_TEST(test_a_screen_looks_at_half_its_budget_of_points);
-  RUN_TEST(test_a_look_is_at_one_design);
-  RUN_TEST(test_points_without_a_shift_leave_the_gaps);
-  RUN_TEST(test_gradients_end_at_or_below_where_they_began);
-  RUN_TEST(test_gradients_look_at_points_that_interfere_with_their_gaps_closed);
-  RUN_TEST(test_gaps_are_closed_only_where_that_may_gain);
-  RUN_TEST(test_a_bound_of_the_aim_is_kept);
-  RUN_TEST(test_a_bridge_lies_between_its_ends);
-  RUN_TEST(test_a_population_keeps_its_size);
-  RUN_TEST(test_tolerances_are_looked_at_by_themselves_where_they_are_weighed);
-  RUN_TEST(test_tolerances_alone_change_by_their_share_of_the_variables);
-  RUN_TEST(test_a_second_look_goes_where_it_may_gain);
-  RUN_TEST(test_a_limit_that_nothing_moves_hinders_nobody);
-  RUN_TEST(test_a_settled_design_has_whole_grades_and_certifies);
-  RUN_TEST(test_a_settled_design_keeps_its_figures_limits_between_the_phases);
-  RUN_TEST(test_roundings_have_the_figures_of_complete_evaluations);
-  RUN_TEST(test_a_grade_is_not_rounded_out_of_its_range);
-  RUN_TEST(test_a_repair_finds_a_design_and_makes_it_better);
-  RUN_TEST(test_a_repair_without_a_design_says_what_has_to_give);
-  RUN_TEST(test_what_cannot_be_kept_is_not_settled);
-  RUN_TEST(test_gaps_of_the_worst_corner_settle_on_the_scan);
-  RUN_TEST(test_every_kind_lives_with_nan);
-  RUN_TEST(test_a_settling_without_any_whole_grade_answers_its_task);
-  RUN_TEST(test_every_kind_stops);
-  RUN_TEST(test_nothing_is_refused);
-  RUN_TEST(test_what_must_give_is_found_from_any_start);
-  RUN_TEST(test_a_pool_needs_a_number_of_workers_that_it_has_room_for);
-  return UNITY_END();
 }

@@ -1,8 +1,7 @@
 #include "lostmotion/parameters.h"
 
-#include <unity.h>
-
 #include "size20.h"
+#include "test.h"
 
 static lm_parameters parameters;
 static lm_parameters loaded;
@@ -41,14 +40,14 @@ static void seal(size_t bytes) {
   put_word(bytes - 4, lm_find_crc(0, blob, bytes - 4));
 }
 
-static void the_crc_is_the_one_of_zlib(void) {
+TEST(the_crc_is_the_one_of_zlib) {
   /* The check value of CRC-32/ISO-HDLC for "123456789". */
   TEST_ASSERT_EQUAL_HEX32(0xCBF43926u, lm_find_crc(0, "123456789", 9));
   TEST_ASSERT_EQUAL_HEX32(0xCBF43926u, lm_find_crc(lm_find_crc(0, "1234", 4), "56789", 5));
   TEST_ASSERT_EQUAL_HEX32(0u, lm_find_crc(0, "", 0));
 }
 
-static void what_is_stored_comes_back(void) {
+TEST(what_is_stored_comes_back) {
   uint8_t again[LM_BLOB_BYTES_MAX];
   size_t again_length = 0;
   int i;
@@ -72,7 +71,7 @@ static void what_is_stored_comes_back(void) {
 }
 
 /* Written by hand: the order of the bytes is part of the format. */
-static void the_binary_form_is_little_endian(void) {
+TEST(the_binary_form_is_little_endian) {
   static const uint8_t start[] = {'L', 'M', 'P', '1', 4, 3, 2, 1, 3, 0, 0, 0};
   static const uint8_t eighty[] = {0x00, 0x00, 0xA0, 0x42}; /* 80 in binary32 */
   TEST_ASSERT_EQUAL_MEMORY(start, blob, sizeof start);
@@ -80,7 +79,7 @@ static void the_binary_form_is_little_endian(void) {
   TEST_ASSERT_EQUAL(6, blob[20]);
 }
 
-static void every_single_damaged_byte_is_noticed(void) {
+TEST(every_single_damaged_byte_is_noticed) {
   size_t i;
   for (i = 0; i < length; ++i) {
     blob[i] ^= 0x10;
@@ -90,14 +89,14 @@ static void every_single_damaged_byte_is_noticed(void) {
   TEST_ASSERT_EQUAL(LM_OK, load(length));
 }
 
-static void every_truncation_is_noticed(void) {
+TEST(every_truncation_is_noticed) {
   size_t bytes;
   for (bytes = 0; bytes < length; ++bytes) {
     TEST_ASSERT_EQUAL(LM_CORRUPT, load(bytes));
   }
 }
 
-static void a_foreign_header_is_refused_by_name(void) {
+TEST(a_foreign_header_is_refused_by_name) {
   uint8_t kept[16];
   memcpy(kept, blob, sizeof kept);
   TEST_ASSERT_EQUAL(LM_CORRUPT, load(8));
@@ -124,7 +123,7 @@ static void a_foreign_header_is_refused_by_name(void) {
 }
 
 /* With a correct CRC the contents must still be valid. */
-static void counts_beyond_the_build_are_refused(void) {
+TEST(counts_beyond_the_build_are_refused) {
   size_t plays_at = 20 + 4 + 8 * 6;
   size_t envelope_at = plays_at + 8 + 12 * 4;
   size_t effects_at = envelope_at + 8;
@@ -199,7 +198,7 @@ static void counts_beyond_the_build_are_refused(void) {
   TEST_ASSERT_EQUAL_STRING("length", fault.input);
 }
 
-static void null_pointers_and_small_buffers_are_refused(void) {
+TEST(null_pointers_and_small_buffers_are_refused) {
   TEST_ASSERT_EQUAL(LM_NULL, lm_load_parameters(0, blob, length, lm_effects, 1, &fault));
   TEST_ASSERT_EQUAL(LM_NULL, lm_load_parameters(&loaded, 0, length, lm_effects, 1, &fault));
   TEST_ASSERT_EQUAL(LM_NULL, lm_load_parameters(&loaded, blob, length, 0, 1, &fault));
@@ -219,7 +218,7 @@ static void expect(lm_status status, const char *input) {
   parameters = size20();
 }
 
-static void every_limit_is_checked(void) {
+TEST(every_limit_is_checked) {
   parameters = size20();
   parameters.format = 9;
   expect(LM_CORRUPT, "format");
@@ -275,13 +274,13 @@ static lm_real idle(const lm_real *value, lm_real *own, const lm_conditions *at)
 static const lm_effect hungry = {
     1u, LM_EFFECT_ANGLE, 1, LM_EFFECT_MEMORY_MAX + 1, LM_NEEDS_TORQUE, idle, {{0, 1}}, 0};
 
-static void effects_that_need_too_much_memory_are_refused(void) {
+TEST(effects_that_need_too_much_memory_are_refused) {
   parameters = size20();
   add_effect(&parameters, &hungry, 0, 0);
   expect(LM_TOO_SMALL, "LM_EFFECT_MEMORY_MAX");
 }
 
-static void a_users_effect_that_cannot_be_run_is_refused(void) {
+TEST(a_users_effect_that_cannot_be_run_is_refused) {
   static lm_effect own;
   const lm_effect sound = {1u, LM_EFFECT_ANGLE, 1, 1, LM_NEEDS_TORQUE, idle, {{0, 1}}, 0};
   parameters = size20();
@@ -310,20 +309,4 @@ static void a_users_effect_that_cannot_be_run_is_refused(void) {
   add_effect(&parameters, &own, 0, 0);
   add_effect(&parameters, &own, 0, 0);
   expect(LM_TOO_SMALL, "LM_EFFECT_MEMORY_MAX");
-}
-
-int main(void) {
-  UNITY_BEGIN();
-  RUN_TEST(the_crc_is_the_one_of_zlib);
-  RUN_TEST(what_is_stored_comes_back);
-  RUN_TEST(the_binary_form_is_little_endian);
-  RUN_TEST(every_single_damaged_byte_is_noticed);
-  RUN_TEST(every_truncation_is_noticed);
-  RUN_TEST(a_foreign_header_is_refused_by_name);
-  RUN_TEST(counts_beyond_the_build_are_refused);
-  RUN_TEST(null_pointers_and_small_buffers_are_refused);
-  RUN_TEST(every_limit_is_checked);
-  RUN_TEST(effects_that_need_too_much_memory_are_refused);
-  RUN_TEST(a_users_effect_that_cannot_be_run_is_refused);
-  return UNITY_END();
 }

@@ -1,11 +1,11 @@
 #include "lostmotion/play.h"
 
 #include <string.h>
-#include <unity.h>
 
 #include "draw.h"
 
 #include "lostmotion/curve.h"
+#include "test.h"
 
 #define ARCMIN LM_REAL(2.908882086657216e-4) /* rad */
 
@@ -75,7 +75,7 @@ static void assert_arcmin(double expected, lm_real found, double tolerance) {
   TEST_ASSERT_TRUE(difference <= bound && difference >= -bound);
 }
 
-static void the_check_values_of_the_specification_hold(void) {
+TEST(the_check_values_of_the_specification_hold) {
   lm_real center_high;
   lm_real center_low;
   assert_arcmin(1.0, loop_width_arcmin(0), 5e-5);
@@ -93,7 +93,7 @@ static void the_check_values_of_the_specification_hold(void) {
   assert_arcmin(0.68755, (center_high - center_low) / 2 / ARCMIN, 5e-6);
 }
 
-static void minor_loops_close(void) {
+TEST(minor_loops_close) {
   lm_real first;
   go(40, 1);
   go(-40, 1);
@@ -102,7 +102,7 @@ static void minor_loops_close(void) {
   TEST_ASSERT_TRUE(go(10, 10) == first);
 }
 
-static void the_steps_do_not_matter(void) {
+TEST(the_steps_do_not_matter) {
   static const int steps[] = {1, 10, 100, 1000};
   lm_play_memory reference;
   int k;
@@ -118,7 +118,7 @@ static void the_steps_do_not_matter(void) {
   }
 }
 
-static void a_larger_swing_wipes_out_what_went_before(void) {
+TEST(a_larger_swing_wipes_out_what_went_before) {
   lm_play_memory a;
   int trial;
   for (trial = 0; trial < 300; ++trial) {
@@ -138,7 +138,7 @@ static void a_larger_swing_wipes_out_what_went_before(void) {
 
 /* The published operator, with both edges in every step: the one-sided step must give the same
  * bits. */
-static void one_edge_does_what_both_edges_do(void) {
+TEST(one_edge_does_what_both_edges_do) {
   lm_real radius[S20_COUNT];
   lm_real widening[S20_COUNT];
   lm_real z[S20_COUNT];
@@ -170,7 +170,7 @@ static void one_edge_does_what_both_edges_do(void) {
 }
 
 /* For fitting: every band is widened by a factor that changes from sample to sample. */
-static void columns_of_wider_bands_are_the_wider_bank(void) {
+TEST(columns_of_wider_bands_are_the_wider_bank) {
   lm_real radius[S20_COUNT];
   lm_real widening[S20_COUNT];
   lm_real z[S20_COUNT];
@@ -193,7 +193,7 @@ static void columns_of_wider_bands_are_the_wider_bank(void) {
   }
 }
 
-static void the_bands_hold_and_a_second_step_changes_nothing(void) {
+TEST(the_bands_hold_and_a_second_step_changes_nothing) {
   int k;
   int i;
   for (k = 0; k < 2000; ++k) {
@@ -212,7 +212,7 @@ static void the_bands_hold_and_a_second_step_changes_nothing(void) {
   }
 }
 
-static void a_wider_band_widens_the_loop_in_proportion(void) {
+TEST(a_wider_band_widens_the_loop_in_proportion) {
   lm_play_sum up;
   lm_play_sum down;
   lm_real width[2];
@@ -229,7 +229,7 @@ static void a_wider_band_widens_the_loop_in_proportion(void) {
 
 /* Friction inside: at full slip the spring has T - sum w R on loading, T + sum w R on unloading;
  * both places together keep their own sums. */
-static void inside_friction_takes_its_part_of_the_torque(void) {
+TEST(inside_friction_takes_its_part_of_the_torque) {
   static const lm_play mixed[] = {
       {2, 0, LM_REAL(1e-6)}, {1, 0, LM_REAL(0.25)}, {3, LM_REAL(0.1), LM_REAL(0.5)}};
   lm_play_sum sum;
@@ -245,7 +245,7 @@ static void inside_friction_takes_its_part_of_the_torque(void) {
   TEST_ASSERT_TRUE(distance(sum.inside_Nm, LM_REAL(3.25)) <= 32 * ROUNDING * 30);
 }
 
-static void the_envelope_is_odd_and_rises_to_its_end(void) {
+TEST(the_envelope_is_odd_and_rises_to_its_end) {
   lm_real before = -1000000;
   lm_real torque_Nm;
   int k;
@@ -273,7 +273,7 @@ static void the_envelope_is_odd_and_rises_to_its_end(void) {
 }
 
 /* A bank with an envelope at a torque is the bank without at what the envelope is there. */
-static void a_bank_with_an_envelope_stands_where_the_envelope_is(void) {
+TEST(a_bank_with_an_envelope_stands_where_the_envelope_is) {
   lm_play_bank plain = bank;
   lm_play_memory other = memory;
   int k;
@@ -301,7 +301,7 @@ static void a_bank_with_an_envelope_stands_where_the_envelope_is(void) {
   }
 }
 
-static void an_envelope_that_lets_the_angle_fall_is_refused(void) {
+TEST(an_envelope_that_lets_the_angle_fall_is_refused) {
   static const lm_play inside[] = {{1, 0, LM_REAL(0.5)}};
   lm_real slope = lm_find_least_slope(&torsion_curve);
   lm_real zero = 0;
@@ -326,7 +326,7 @@ static void an_envelope_that_lets_the_angle_fall_is_refused(void) {
   TEST_ASSERT_EQUAL_STRING("inside_share", fault.input);
 }
 
-static void no_operators_are_the_identity(void) {
+TEST(no_operators_are_the_identity) {
   lm_play_sum sum;
   TEST_ASSERT_EQUAL(LM_OK, lm_build_play_bank(&bank, 0, 0, 0, &fault));
   TEST_ASSERT_EQUAL(LM_OK, lm_check_play_bank(&bank, 0, &fault));
@@ -336,7 +336,7 @@ static void no_operators_are_the_identity(void) {
   TEST_ASSERT_TRUE(sum.outside_rad == 0 && sum.inside_Nm == 0);
 }
 
-static void settling_repairs_any_memory(void) {
+TEST(settling_repairs_any_memory) {
   lm_real zero = 0;
   int i;
   memory.torque_Nm = -20;
@@ -355,7 +355,7 @@ static void settling_repairs_any_memory(void) {
   TEST_ASSERT_TRUE(memory.z_Nm[0] >= 19);
 }
 
-static void recordings_are_the_single_steps(void) {
+TEST(recordings_are_the_single_steps) {
   static const lm_real torque_Nm[] = {5, 30, -3, -40, 12};
   lm_play_memory other = memory;
   lm_real h[5];
@@ -371,7 +371,7 @@ static void recordings_are_the_single_steps(void) {
   lm_run_play_bank(&bank, &other, torque_Nm, 5, 0, 0);
 }
 
-static void nonsense_is_refused_by_name(void) {
+TEST(nonsense_is_refused_by_name) {
   lm_real zero = 0;
   lm_play bad[LM_PLAYS_MAX + 1];
   memset(bad, 0, sizeof bad);
@@ -399,7 +399,7 @@ static void nonsense_is_refused_by_name(void) {
   TEST_ASSERT_EQUAL(S20_COUNT, bank.count);
 }
 
-static void a_damaged_bank_is_found_out(void) {
+TEST(a_damaged_bank_is_found_out) {
   lm_play_bank good = bank;
   lm_real slope = lm_find_least_slope(&torsion_curve);
   static const lm_play heavy[] = {{1, 0, LM_REAL(0.75)}, {2, 0, LM_REAL(0.75)}};
@@ -446,26 +446,4 @@ static void a_damaged_bank_is_found_out(void) {
   TEST_ASSERT_EQUAL(LM_OK, lm_build_play_bank(&bank, soft, 2, 1, &fault));
   TEST_ASSERT_EQUAL(LM_INCONSISTENT, lm_check_play_bank(&bank, slope, &fault));
   TEST_ASSERT_EQUAL_STRING("outside_rad_per_Nm", fault.input);
-}
-
-int main(void) {
-  UNITY_BEGIN();
-  RUN_TEST(the_check_values_of_the_specification_hold);
-  RUN_TEST(minor_loops_close);
-  RUN_TEST(the_steps_do_not_matter);
-  RUN_TEST(a_larger_swing_wipes_out_what_went_before);
-  RUN_TEST(one_edge_does_what_both_edges_do);
-  RUN_TEST(columns_of_wider_bands_are_the_wider_bank);
-  RUN_TEST(the_bands_hold_and_a_second_step_changes_nothing);
-  RUN_TEST(a_wider_band_widens_the_loop_in_proportion);
-  RUN_TEST(inside_friction_takes_its_part_of_the_torque);
-  RUN_TEST(the_envelope_is_odd_and_rises_to_its_end);
-  RUN_TEST(a_bank_with_an_envelope_stands_where_the_envelope_is);
-  RUN_TEST(an_envelope_that_lets_the_angle_fall_is_refused);
-  RUN_TEST(no_operators_are_the_identity);
-  RUN_TEST(settling_repairs_any_memory);
-  RUN_TEST(recordings_are_the_single_steps);
-  RUN_TEST(nonsense_is_refused_by_name);
-  RUN_TEST(a_damaged_bank_is_found_out);
-  return UNITY_END();
 }

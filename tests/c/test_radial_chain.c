@@ -1,6 +1,7 @@
 #include "lostmotion/radial_chain.h"
 
 #include "expect.h"
+#include "test.h"
 
 #define STEEL_E LM_REAL(2.1e5)
 
@@ -21,20 +22,20 @@ static lm_real approach(lm_real force, const lm_radial_law *laws, int count) {
   return out;
 }
 
-static void a_ball_of_3_97_mm_approaches_4_220_um_at_60_N(void) {
+TEST(a_ball_of_3_97_mm_approaches_4_220_um_at_60_N) {
   /* check_values.md, radial chain: diameter 3.97 mm, Q = 60 N, Palmgren. */
   ACCEPTED(lm_make_ball_law(LM_REAL(3.97), 0, LM_REAL(LM_BALL_PALMGREN), 1, 0, &law, &fault));
   close_to(4.220e-3, approach(60, &law, 1), 1.2e-4);
 }
 
-static void a_contact_angle_divides_by_its_cosine(void) {
+TEST(a_contact_angle_divides_by_its_cosine) {
   lm_radial_law straight;
   ACCEPTED(lm_make_ball_law(4, 0, LM_REAL(5e-4), LM_REAL(0.3), 15, &straight, &fault));
   ACCEPTED(lm_make_ball_law(4, LM_REAL(60 * DEG), LM_REAL(5e-4), LM_REAL(0.3), 15, &law, &fault));
   close_to(2.0 * (double)straight.coefficient_mm_per_Nn, law.coefficient_mm_per_Nn, 0);
 }
 
-static void ball_part_of_a_size_20_at_rated_torque_is_4_to_5_um(void) {
+TEST(ball_part_of_a_size_20_at_rated_torque_is_4_to_5_um) {
   /* check_values.md, radial chain: Q = 90 .. 120 N above a preload of 15 N gives 3.9 .. 5.0 um,
    * diameter 4 mm.
    */
@@ -43,7 +44,7 @@ static void ball_part_of_a_size_20_at_rated_torque_is_4_to_5_um(void) {
   close_to(5.0e-3, approach(120 - 15, &law, 1), 0.03);
 }
 
-static void hertz_coefficients_are_those_of_the_table_and_straight_between(void) {
+TEST(hertz_coefficients_are_those_of_the_table_and_straight_between) {
   /* check_values.md, radial chain, Hertz solution by groove conformity. */
   static const double f[] = {0.515, 0.52, 0.53, 0.54, 0.5175, 0.525, 0.535};
   static const double c[] = {4.24e-4, 4.53e-4, 4.97e-4, 5.29e-4, 4.385e-4, 4.75e-4, 5.13e-4};
@@ -58,7 +59,7 @@ static void hertz_coefficients_are_those_of_the_table_and_straight_between(void)
   REFUSED(LM_NULL, "coefficient", lm_ball_hertz_coefficient(LM_REAL(0.52), 0, fault_or_null));
 }
 
-static void roller_laws_are_the_published_powers(void) {
+TEST(roller_laws_are_the_published_powers) {
   /* check_values.md, radial chain: 7.68e-5 Q^0.9 l^-0.8 and 1.81e-4 Q^(3/4) l^(-1/2) at Q = 1000, l
    * = 10. */
   ACCEPTED(lm_make_roller_law(10, 1, 0, &law, &fault));
@@ -67,7 +68,7 @@ static void roller_laws_are_the_published_powers(void) {
   close_to(1.81e-4 * 1000.0 / 4.0, approach(10000, &law, 1), 1e-12);
 }
 
-static void a_spring_is_linear_with_its_stiffness(void) {
+TEST(a_spring_is_linear_with_its_stiffness) {
   ACCEPTED(lm_make_spring_law(LM_REAL(2e5), LM_REAL(0.5), &law, &fault));
   close_to(400 * 0.5 / 2e5, approach(400, &law, 1), 0);
   close_to(0.5 / 2e5, slope, 0);
@@ -75,13 +76,13 @@ static void a_spring_is_linear_with_its_stiffness(void) {
   close_to(0.5 / 2e5, slope, 0);
 }
 
-static void a_shaft_bends_as_a_beam_on_two_supports(void) {
+TEST(a_shaft_bends_as_a_beam_on_two_supports) {
   /* d 20, a 16, b 24: a^2 b^2 / (3 E I L) = 7.450270e-7 mm/N. */
   ACCEPTED(lm_make_shaft_bending_law(20, 16, 24, STEEL_E, &law, &fault));
   close_to(7.450270250336039e-7, law.coefficient_mm_per_Nn, 1e-12);
 }
 
-static void the_rim_ovalises_25_times_as_much_as_it_widens(void) {
+TEST(the_rim_ovalises_25_times_as_much_as_it_widens) {
   /* check_values.md, radial chain: size 20 (bore 52, outer 70, width 10) at 400 N: 0.2 um by Lame,
    * 5 .. 6 um by ovalisation of the free ring. */
   double widening;
@@ -98,7 +99,7 @@ static void the_rim_ovalises_25_times_as_much_as_it_widens(void) {
   close_to(0, law.preload_N, 0);
 }
 
-static void ovalisation_factors_are_those_published(void) {
+TEST(ovalisation_factors_are_those_published) {
   /* Four digits: check_values.md, radial chain. All digits: the series summed to n = 4000. */
   static const double angle[] = {0, 15, 30, 40, 60};
   static const double published[] = {0.0744, 0.0711, 0.0624, 0.0544, 0.0346746490346};
@@ -115,7 +116,7 @@ static void ovalisation_factors_are_those_published(void) {
   REFUSED(LM_NULL, "factor", lm_ovalisation_factor(0, 0, fault_or_null));
 }
 
-static void the_most_loaded_element_carries_the_published_share(void) {
+TEST(the_most_loaded_element_carries_the_published_share) {
   /* check_values.md, radial chain: 4.37 / (Z cos a) balls, 5 with clearance, 4.08 rollers. */
   ACCEPTED(lm_bearing_share(LM_BEARING_BALLS, 19, 0, &out, &fault));
   close_to(4.37 / 19, out, 0);
@@ -135,7 +136,7 @@ static void the_most_loaded_element_carries_the_published_share(void) {
   REFUSED(LM_NULL, "share", lm_bearing_share(LM_BEARING_BALLS, 19, 0, 0, fault_or_null));
 }
 
-static void a_cam_bearing_spreads_the_lobe_over_five_to_seven_balls(void) {
+TEST(a_cam_bearing_spreads_the_lobe_over_five_to_seven_balls) {
   ACCEPTED(lm_cam_bearing_share(5, &out, &fault));
   close_to(0.35, out, 0);
   ACCEPTED(lm_cam_bearing_share(LM_REAL(6.5), &out, &fault));
@@ -156,7 +157,7 @@ static lm_radial_law law_of(double c, double n, double share, double preload) {
   return made;
 }
 
-static void preload_takes_its_own_approach_off(void) {
+TEST(preload_takes_its_own_approach_off) {
   /* Equation (2) with preload: c [(Q0 + q)^n - Q0^n], n = 1/2 so that roots are whole. */
   law = law_of(1e-4, 0.5, 0.5, 16);
   close_to(1e-4 * (10 - 4), approach(2 * (100 - 16), &law, 1), 0);
@@ -164,7 +165,7 @@ static void preload_takes_its_own_approach_off(void) {
   close_to(1e-4 * (3 - 4), approach(2 * (9 - 16), &law, 1), 0);
 }
 
-static void all_members_feel_the_same_lobe_force(void) {
+TEST(all_members_feel_the_same_lobe_force) {
   lm_radial_law laws[3];
   double sum = 0;
   double slopes = 0;
@@ -182,7 +183,7 @@ static void all_members_feel_the_same_lobe_force(void) {
   close_to(0, slope, 0);
 }
 
-static void a_member_that_has_lifted_off_stays_where_it_was(void) {
+TEST(a_member_that_has_lifted_off_stays_where_it_was) {
   lm_real at_lift_off;
   law = law_of(4.36e-4, 2.0 / 3.0, 0.5, 15);
   at_lift_off = approach(-30, &law, 1);
@@ -192,7 +193,7 @@ static void a_member_that_has_lifted_off_stays_where_it_was(void) {
   close_to(0, slope, 0);
 }
 
-static void the_slope_is_finite_through_zero_force_and_continuous_at_the_floor(void) {
+TEST(the_slope_is_finite_through_zero_force_and_continuous_at_the_floor) {
   /* Header: slope at zero (2-n) c floor^(n-1). */
   const double n = 2.0 / 3.0;
   const double floor_N = LM_RADIAL_FORCE_FLOOR_N;
@@ -212,7 +213,7 @@ static void the_slope_is_finite_through_zero_force_and_continuous_at_the_floor(v
   TEST_ASSERT_TRUE((double)out / pow(4, 1.0 / 3.0) < 6e-5);
 }
 
-static void approach_never_falls_with_force_and_its_slope_is_the_difference_quotient(void) {
+TEST(approach_never_falls_with_force_and_its_slope_is_the_difference_quotient) {
   static const double exponents[] = {0.25, 0.5, 2.0 / 3.0, 0.9, 1.0, 1.5, 2.0};
   static const double preloads[] = {0, 0.05, 1, 30};
   int e, p, k;
@@ -239,7 +240,7 @@ static void approach_never_falls_with_force_and_its_slope_is_the_difference_quot
   }
 }
 
-static void laws_out_of_range_are_refused_by_name(void) {
+TEST(laws_out_of_range_are_refused_by_name) {
   struct {
     lm_radial_law law;
     const char *input;
@@ -282,14 +283,14 @@ static void laws_out_of_range_are_refused_by_name(void) {
   TEST_ASSERT_EQUAL_DOUBLE(-77, (double)slope);
 }
 
-static void the_fault_says_what_was_found_and_expected(void) {
+TEST(the_fault_says_what_was_found_and_expected) {
   OUTSIDE("balls_in_lobe", lm_cam_bearing_share(9, &out, fault_or_null));
   TEST_ASSERT_EQUAL_DOUBLE(9, (double)fault.found);
   TEST_ASSERT_EQUAL_DOUBLE(5, (double)fault.low);
   TEST_ASSERT_EQUAL_DOUBLE(7, (double)fault.high);
 }
 
-static void law_builders_refuse_nonsense_and_leave_the_law_alone(void) {
+TEST(law_builders_refuse_nonsense_and_leave_the_law_alone) {
   const lm_real c = LM_REAL(LM_BALL_PALMGREN);
   law = law_of(0.125, 1, 0.25, 3);
   OUTSIDE("ball_diameter_mm", lm_make_ball_law(LM_REAL(0.09), 0, c, 1, 0, &law, fault_or_null));
@@ -332,7 +333,7 @@ static void law_builders_refuse_nonsense_and_leave_the_law_alone(void) {
 
 /* ---- lobe force, equations (3), (4) ---- */
 
-static void a_lobe_carries_half_the_torque_and_the_wedge_gives_its_force(void) {
+TEST(a_lobe_carries_half_the_torque_and_the_wedge_gives_its_force) {
   /* T = 40 N m at r = 26.4, 24 deg: F_r = 20000 / 26.4 tan 24 deg. */
   ACCEPTED(lm_lobe_radial_force(40, LM_REAL(26.4), LM_REAL(24 * DEG), 0, &out, &fault));
   close_to(20000 / 26.4 * tan(24 * DEG), out, 0);
@@ -340,7 +341,7 @@ static void a_lobe_carries_half_the_torque_and_the_wedge_gives_its_force(void) {
   close_to(20000 / 26.4 * tan(24 * DEG), out, 0);
 }
 
-static void friction_lowers_the_force_while_loading_and_raises_it_while_unloading(void) {
+TEST(friction_lowers_the_force_while_loading_and_raises_it_while_unloading) {
   /* check_values.md, friction: half width / centre = 0.135, 0.270, 0.405 at mu = 0.05, 0.10, 0.15,
    * 24 deg.
    */
@@ -359,7 +360,7 @@ static void friction_lowers_the_force_while_loading_and_raises_it_while_unloadin
   }
 }
 
-static void lobe_force_refuses_self_locking_angles(void) {
+TEST(lobe_force_refuses_self_locking_angles) {
   const lm_real a = LM_REAL(0.4);
   OUTSIDE("torque_Nm", lm_lobe_radial_force(LM_REAL(2e6), 26, a, 0, &out, fault_or_null));
   OUTSIDE("radius_mm", lm_lobe_radial_force(1, 0, a, 0, &out, fault_or_null));
@@ -372,7 +373,7 @@ static void lobe_force_refuses_self_locking_angles(void) {
   REFUSED(LM_NULL, "force_N", lm_lobe_radial_force(1, 26, a, 0, 0, fault_or_null));
 }
 
-static void radial_travel_becomes_rotation_by_the_flank_angle(void) {
+TEST(radial_travel_becomes_rotation_by_the_flank_angle) {
   /* check_values.md, radial chain: 1 um radial = 3.81 arcsec at r = 26.4 mm, 26 deg. */
   ACCEPTED(lm_radial_to_tangential(LM_REAL(1e-3), LM_REAL(26 * DEG), &out, &fault));
   close_to(1e-3 * tan(26 * DEG), out, 0);
@@ -390,7 +391,7 @@ static void radial_travel_becomes_rotation_by_the_flank_angle(void) {
   REFUSED(LM_NULL, "angle_rad", lm_radial_compliance_angle(1, 0, 26, 0, fault_or_null));
 }
 
-static void torque_work_equals_the_work_in_both_lobes(void) {
+TEST(torque_work_equals_the_work_in_both_lobes) {
   /* Energy: T dphi = 2 F_r dDelta_p, for any law, eq (4) with the lobe force. */
   const lm_real alpha = LM_REAL(25 * DEG);
   const lm_real r = LM_REAL(26.4);
@@ -407,33 +408,4 @@ static void torque_work_equals_the_work_in_both_lobes(void) {
   }
   close_to(2 * (double)(force[1] * (travel[2] - travel[0])),
            20 * LM_REAL(1000) * (angle[2] - angle[0]), LM_REAL_BITS == 64 ? 1e-9 : 2e-4);
-}
-
-int main(void) {
-  UNITY_BEGIN();
-  RUN_TEST(a_ball_of_3_97_mm_approaches_4_220_um_at_60_N);
-  RUN_TEST(a_contact_angle_divides_by_its_cosine);
-  RUN_TEST(ball_part_of_a_size_20_at_rated_torque_is_4_to_5_um);
-  RUN_TEST(hertz_coefficients_are_those_of_the_table_and_straight_between);
-  RUN_TEST(roller_laws_are_the_published_powers);
-  RUN_TEST(a_spring_is_linear_with_its_stiffness);
-  RUN_TEST(a_shaft_bends_as_a_beam_on_two_supports);
-  RUN_TEST(the_rim_ovalises_25_times_as_much_as_it_widens);
-  RUN_TEST(ovalisation_factors_are_those_published);
-  RUN_TEST(the_most_loaded_element_carries_the_published_share);
-  RUN_TEST(a_cam_bearing_spreads_the_lobe_over_five_to_seven_balls);
-  RUN_TEST(preload_takes_its_own_approach_off);
-  RUN_TEST(all_members_feel_the_same_lobe_force);
-  RUN_TEST(a_member_that_has_lifted_off_stays_where_it_was);
-  RUN_TEST(the_slope_is_finite_through_zero_force_and_continuous_at_the_floor);
-  RUN_TEST(approach_never_falls_with_force_and_its_slope_is_the_difference_quotient);
-  RUN_TEST(laws_out_of_range_are_refused_by_name);
-  RUN_TEST(the_fault_says_what_was_found_and_expected);
-  RUN_TEST(law_builders_refuse_nonsense_and_leave_the_law_alone);
-  RUN_TEST(a_lobe_carries_half_the_torque_and_the_wedge_gives_its_force);
-  RUN_TEST(friction_lowers_the_force_while_loading_and_raises_it_while_unloading);
-  RUN_TEST(lobe_force_refuses_self_locking_angles);
-  RUN_TEST(radial_travel_becomes_rotation_by_the_flank_angle);
-  RUN_TEST(torque_work_equals_the_work_in_both_lobes);
-  return UNITY_END();
 }

@@ -1,8 +1,7 @@
 #include "lostmotion/shape.h"
 
-#include <unity.h>
-
 #include "reference_drives.h"
+#include "test.h"
 
 static lm_fault fault;
 static lm_shape shape;
@@ -119,7 +118,7 @@ static const printed_shape printed[] = {{{LM_COSINE, 0},
                                          22.4}};
 #define PRINTED ((int)(sizeof printed / sizeof printed[0]))
 
-static void waves_are_the_printed_ones(void) {
+TEST(waves_are_the_printed_ones) {
   int k;
   int i;
   for (k = 0; k < PRINTED; k++) {
@@ -133,7 +132,7 @@ static void waves_are_the_printed_ones(void) {
   }
 }
 
-static void curvatures_and_forces_are_the_printed_ones(void) {
+TEST(curvatures_and_forces_are_the_printed_ones) {
   int k;
   for (k = 0; k < PRINTED; k++) {
     make(&printed[k].of);
@@ -148,7 +147,7 @@ static void curvatures_and_forces_are_the_printed_ones(void) {
 
 /* check_values.md, neutral line: C of discs at 20, 30, 40 deg, the constant part of w in the
  * contact. */
-static void discs_have_the_radius_of_their_contact(void) {
+TEST(discs_have_the_radius_of_their_contact) {
   static const double c[] = {-2.816, -2.447, -2.192};
   int i;
   for (i = 0; i < 3; i++) {
@@ -159,7 +158,7 @@ static void discs_have_the_radius_of_their_contact(void) {
   }
 }
 
-static void curvature_extremes_bound_the_curvature_and_are_met(void) {
+TEST(curvature_extremes_bound_the_curvature_and_are_met) {
   int k;
   int i;
   for (k = 0; k < KINDS; k++) {
@@ -177,7 +176,7 @@ static void curvature_extremes_bound_the_curvature_and_are_met(void) {
 }
 
 /* w has slope `slope`, v' = -w (inextensible), theta = v - w', curvature = -(w'' + w). */
-static void waves_are_their_own_derivatives(void) {
+TEST(waves_are_their_own_derivatives) {
   const lm_real step = LM_REAL(BOUND(1e-4, 1e-2));
   const double bound = BOUND(2e-6, 2e-2); /* the curvature has a kink at beta */
   int k;
@@ -200,7 +199,7 @@ static void waves_are_their_own_derivatives(void) {
   }
 }
 
-static void waves_have_no_mean_and_start_at_one(void) {
+TEST(waves_have_no_mean_and_start_at_one) {
   int k;
   int i;
   for (k = 0; k < KINDS; k++) {
@@ -217,7 +216,7 @@ static void waves_have_no_mean_and_start_at_one(void) {
   }
 }
 
-static void waves_are_smooth_where_the_contact_ends(void) {
+TEST(waves_are_smooth_where_the_contact_ends) {
   const lm_real hair = LM_REAL(BOUND(1e-12, 1e-6));
   int k;
   for (k = 2; k < KINDS; k++) {
@@ -235,7 +234,7 @@ static void waves_are_smooth_where_the_contact_ends(void) {
 
 /* The same shape as a Fourier series, sum over n = 2, 4, .. of cos(n beta) cos(n phi)/(n^2
  * - 1)^2. */
-static void rollers_are_their_fourier_series(void) {
+TEST(rollers_are_their_fourier_series) {
   const double pi = 3.14159265358979323846;
   int k;
   int i;
@@ -260,7 +259,7 @@ static void rollers_are_their_fourier_series(void) {
   }
 }
 
-static void waves_repeat_every_half_turn_and_mirror(void) {
+TEST(waves_repeat_every_half_turn_and_mirror) {
   int k;
   int i;
   for (k = 0; k < KINDS; k++) {
@@ -293,7 +292,7 @@ static lm_real far_angle(int i) {
 }
 
 /* Any finite angle gives a wave, for any number of turns. */
-static void a_wave_stays_in_its_bounds_at_any_angle(void) {
+TEST(a_wave_stays_in_its_bounds_at_any_angle) {
   int k;
   int i;
   for (k = 0; k < KINDS; k++) {
@@ -317,7 +316,7 @@ static void assert_refused(lm_status status, const char *input, lm_real value, l
   TEST_ASSERT_TRUE(fault.high == high);
 }
 
-static void shapes_refuse_nonsense_and_write_nothing(void) {
+TEST(shapes_refuse_nonsense_and_write_nothing) {
   const char *angle = "generator.contact_half_angle_rad";
   const lm_real nan = LM_REAL(NAN);
   const lm_real rollers = LM_REAL(0.6108652381980153); /* 35 deg */
@@ -356,7 +355,7 @@ static void make_line(lm_deformation deformation, double radius, double deflecti
 }
 
 /* check_values.md, reference drive A: c0 of reference A on discs of 30 deg. */
-static void the_offset_of_reference_a(void) {
+TEST(the_offset_of_reference_a) {
   const kind discs = {LM_DISCS, 30};
   make(&discs);
   make_line(LM_INTERNAL, 25.1125, 0.2375);
@@ -391,7 +390,7 @@ static const double deflections[] = {1e-4, 3e-3, 0.01, 0.04, 0.125}; /* of the r
 /* For every wave generator, direction and deflection up to an eighth of the radius: the line keeps
  * its length and is displaced by w0 on the axis, and every tooth keeps its arc from the axis.
  */
-static void the_line_keeps_its_length_and_every_tooth_its_arc(void) {
+TEST(the_line_keeps_its_length_and_every_tooth_its_arc) {
   int k;
   int d;
   int sense;
@@ -426,7 +425,7 @@ static void the_line_keeps_its_length_and_every_tooth_its_arc(void) {
 }
 
 /* A tooth's foot is on the line, its axis normal to it: mu = -atan2(R', R). */
-static void teeth_stand_upright_on_the_line(void) {
+TEST(teeth_stand_upright_on_the_line) {
   int k;
   int i;
   for (k = 0; k < KINDS; k++) {
@@ -447,7 +446,7 @@ static void teeth_stand_upright_on_the_line(void) {
   }
 }
 
-static void the_slope_of_the_line_is_its_derivative(void) {
+TEST(the_slope_of_the_line_is_its_derivative) {
   const lm_real step = LM_REAL(BOUND(1e-5, 1e-2));
   int k;
   int i;
@@ -470,7 +469,7 @@ static void the_slope_of_the_line_is_its_derivative(void) {
   }
 }
 
-static void the_line_repeats_every_half_turn_and_mirrors(void) {
+TEST(the_line_repeats_every_half_turn_and_mirrors) {
   int k;
   int i;
   for (k = 0; k < KINDS; k++) {
@@ -503,7 +502,7 @@ static void the_line_repeats_every_half_turn_and_mirrors(void) {
 /* Fourth order: with four times the nodes at most a hundredth of the error. The error of the
  * standard number is below 3e-6 arcmin on every wave generator, 5e-7 on those of a usual contact
  * angle. */
-static void more_nodes_converge(void) {
+TEST(more_nodes_converge) {
   static lm_neutral_line finest;
   int k;
   for (k = 0; k < KINDS; k++) {
@@ -531,7 +530,7 @@ static void more_nodes_converge(void) {
   }
 }
 
-static void a_larger_ring_has_the_same_angles(void) {
+TEST(a_larger_ring_has_the_same_angles) {
   static lm_neutral_line larger;
   int k;
   int i;
@@ -550,7 +549,7 @@ static void a_larger_ring_has_the_same_angles(void) {
 
 /* check_values.md, neutral line, elliptical cam: r_m 25.11, w0 0.23, ellipse of the same perimeter
  * minus the cosine, um at 0, 15, .. 90 deg. */
-static void the_ellipse_leaves_the_cosine_as_printed(void) {
+TEST(the_ellipse_leaves_the_cosine_as_printed) {
   static const double micron[] = {0, -0.9, -2.7, -3.7, -3.2, -1.8, -1.1};
   const kind ellipse = {LM_ELLIPSE, 0};
   int i;
@@ -567,7 +566,7 @@ static void the_ellipse_leaves_the_cosine_as_printed(void) {
 
 /* With a cam offset the neutral line is the cam's parallel curve: each of its points has the offset
  * as its smallest distance from the ellipse. Both senses, deflection and offset up to the limit. */
-static void the_line_runs_parallel_to_the_cam(void) {
+TEST(the_line_runs_parallel_to_the_cam) {
   static const double offset[] = {0, 1, 5, 12.5};
   static const double deflection[] = {0.25, 1, 3.125};
   const kind ellipse = {LM_ELLIPSE, 0};
@@ -606,7 +605,7 @@ static void the_line_runs_parallel_to_the_cam(void) {
 }
 
 /* The rates of a moving tooth against differences of fourth order of its placement. */
-static void a_moving_tooth_has_the_rates_of_its_placements(void) {
+TEST(a_moving_tooth_has_the_rates_of_its_placements) {
   const double h = 2e-3;
   int k;
   int i;
@@ -638,7 +637,7 @@ static void a_moving_tooth_has_the_rates_of_its_placements(void) {
 }
 
 /* Any finite angle has an entry in the table. */
-static void teeth_are_placed_at_any_angle(void) {
+TEST(teeth_are_placed_at_any_angle) {
   int k;
   int i;
   for (k = 0; k < KINDS; k++) {
@@ -657,7 +656,7 @@ static void teeth_are_placed_at_any_angle(void) {
   }
 }
 
-static void neutral_lines_refuse_nonsense_and_write_nothing(void) {
+TEST(neutral_lines_refuse_nonsense_and_write_nothing) {
   static lm_neutral_line before;
   const lm_real nan = LM_REAL(NAN);
   const lm_real inf = LM_REAL(INFINITY);
@@ -692,32 +691,4 @@ static void neutral_lines_refuse_nonsense_and_write_nothing(void) {
   assert_refused(LM_OUT_OF_RANGE, "generator.type", 9, 0, 4, LINE(&generator, radius, 1, 96));
 #undef LINE
   TEST_ASSERT_EQUAL_MEMORY(&before, &line, sizeof line);
-}
-
-int main(void) {
-  UNITY_BEGIN();
-  RUN_TEST(waves_are_the_printed_ones);
-  RUN_TEST(curvatures_and_forces_are_the_printed_ones);
-  RUN_TEST(discs_have_the_radius_of_their_contact);
-  RUN_TEST(curvature_extremes_bound_the_curvature_and_are_met);
-  RUN_TEST(waves_are_their_own_derivatives);
-  RUN_TEST(waves_have_no_mean_and_start_at_one);
-  RUN_TEST(waves_are_smooth_where_the_contact_ends);
-  RUN_TEST(rollers_are_their_fourier_series);
-  RUN_TEST(waves_repeat_every_half_turn_and_mirror);
-  RUN_TEST(a_wave_stays_in_its_bounds_at_any_angle);
-  RUN_TEST(shapes_refuse_nonsense_and_write_nothing);
-  RUN_TEST(the_offset_of_reference_a);
-  RUN_TEST(the_line_keeps_its_length_and_every_tooth_its_arc);
-  RUN_TEST(teeth_stand_upright_on_the_line);
-  RUN_TEST(the_slope_of_the_line_is_its_derivative);
-  RUN_TEST(the_line_repeats_every_half_turn_and_mirrors);
-  RUN_TEST(more_nodes_converge);
-  RUN_TEST(a_larger_ring_has_the_same_angles);
-  RUN_TEST(the_ellipse_leaves_the_cosine_as_printed);
-  RUN_TEST(the_line_runs_parallel_to_the_cam);
-  RUN_TEST(a_moving_tooth_has_the_rates_of_its_placements);
-  RUN_TEST(teeth_are_placed_at_any_angle);
-  RUN_TEST(neutral_lines_refuse_nonsense_and_write_nothing);
-  return UNITY_END();
 }

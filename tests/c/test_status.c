@@ -1,14 +1,15 @@
 #include "lostmotion/status.h"
 
 #include <string.h>
-#include <unity.h>
+
+#include "test.h"
 
 void setUp(void) {
 }
 void tearDown(void) {
 }
 
-static void every_status_has_a_sentence_of_its_own(void) {
+TEST(every_status_has_a_sentence_of_its_own) {
   int a;
   int b;
   for (a = 0; a < (int)LM_STATUS_COUNT; a++) {
@@ -20,20 +21,12 @@ static void every_status_has_a_sentence_of_its_own(void) {
   }
 }
 
-static void values_outside_the_enumeration_are_unknown(void) {
+TEST(values_outside_the_enumeration_are_unknown) {
   TEST_ASSERT_EQUAL_STRING("unknown status", lm_status_sentence(LM_STATUS_COUNT));
   /* The largest value that the enumeration's type must be able to hold: 15, of four bits. */
   TEST_ASSERT_EQUAL_STRING("unknown status", lm_status_sentence((lm_status)15));
 }
 
-static void lm_real_has_the_bits_asked_for(void) {
+TEST(lm_real_has_the_bits_asked_for) {
   TEST_ASSERT_EQUAL_INT(LM_REAL_BITS, (int)(8 * sizeof(lm_real)));
-}
-
-int main(void) {
-  UNITY_BEGIN();
-  RUN_TEST(every_status_has_a_sentence_of_its_own);
-  RUN_TEST(values_outside_the_enumeration_are_unknown);
-  RUN_TEST(lm_real_has_the_bits_asked_for);
-  return UNITY_END();
 }

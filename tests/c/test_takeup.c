@@ -1,8 +1,7 @@
 #include "lostmotion/takeup.h"
 
-#include <unity.h>
-
 #include "reference_drives.h"
+#include "test.h"
 
 #define NMM_PER_NM LM_REAL(1000)
 
@@ -26,7 +25,7 @@ void tearDown(void) {
 
 /* --- eq (1) --- */
 
-static void stage_increments_add_up_to_the_gaps_in_rising_order(void) {
+TEST(stage_increments_add_up_to_the_gaps_in_rising_order) {
   lm_real clearance[40];
   lm_real radius[40];
   lm_real increment[40];
@@ -52,7 +51,7 @@ static void stage_increments_add_up_to_the_gaps_in_rising_order(void) {
 
 /* Eq (1) as intended in the paper: j 10, 30, 20 um on 25 mm close at .4, .8, 1.2e-3 rad, not at
  * their sum. */
-static void stage_increments_are_what_remains_of_a_clearance(void) {
+TEST(stage_increments_are_what_remains_of_a_clearance) {
   const lm_real clearance[] = {LM_REAL(0.01), LM_REAL(0.03), LM_REAL(0.02)};
   const lm_real radius[] = {25, 25, 25};
   lm_real increment[3];
@@ -66,7 +65,7 @@ static void stage_increments_are_what_remains_of_a_clearance(void) {
   TEST_ASSERT_EQUAL(1, order[2]);
 }
 
-static void pairs_with_equal_gaps_keep_their_order(void) {
+TEST(pairs_with_equal_gaps_keep_their_order) {
   const lm_real clearance[] = {2, 1, 2, 1};
   const lm_real radius[] = {1, 1, 1, 1};
   const int expected[] = {1, 3, 0, 2};
@@ -95,7 +94,7 @@ static void assert_refused_range(lm_status expected, const char *input, lm_real 
   TEST_ASSERT_TRUE(fault.high == high);
 }
 
-static void stage_increments_refuse_nonsense_and_write_nothing(void) {
+TEST(stage_increments_refuse_nonsense_and_write_nothing) {
   lm_real clearance[2] = {1, 2};
   lm_real radius[2] = {1, 1};
   lm_real increment[2] = {-7, -7};
@@ -141,7 +140,7 @@ static void put_spring(lm_spring *spring, double stiffness, double gap, int side
  * events at 0.1 and 0.7 N m, where the rotation is the next gap exactly. The springs are not
  * sorted.
  */
-static void the_springs_of_the_specification(void) {
+TEST(the_springs_of_the_specification) {
   static const double torque[] = {0.05, 0.1, 0.4, 0.7, 1.0};
   static const double angle[] = {5e-5, 1e-4, 2e-4, 3e-4, 3.5e-4};
   static const int carrying[] = {1, 1, 2, 2, 3};
@@ -183,7 +182,7 @@ static void random_springs(lm_spring springs[], int n, double low, double high) 
   }
 }
 
-static void springs_carry_the_torque_that_was_asked(void) {
+TEST(springs_carry_the_torque_that_was_asked) {
   lm_spring springs[31];
   lm_real angle;
   lm_real before = 0;
@@ -207,7 +206,7 @@ static void springs_carry_the_torque_that_was_asked(void) {
 
 /* Eq (1) results: at the torque of an event the rotation is the next gap, for any stiffnesses.
  */
-static void at_an_event_the_rotation_is_the_next_gap(void) {
+TEST(at_an_event_the_rotation_is_the_next_gap) {
   lm_spring springs[12];
   lm_real angle;
   int engaged;
@@ -225,7 +224,7 @@ static void at_an_event_the_rotation_is_the_next_gap(void) {
   }
 }
 
-static void springs_rest_in_the_middle_of_their_play(void) {
+TEST(springs_rest_in_the_middle_of_their_play) {
   lm_spring springs[4];
   lm_real angle;
   int engaged;
@@ -247,7 +246,7 @@ static void springs_rest_in_the_middle_of_their_play(void) {
 }
 
 /* Preload 1e-4 rad: both flanks carry until one lifts off at 2 K 1e-4 = 0.2 N m. */
-static void preloaded_springs_are_twice_as_stiff_until_one_lifts_off(void) {
+TEST(preloaded_springs_are_twice_as_stiff_until_one_lifts_off) {
   static const double torque[] = {-0.3, -0.1, 0, 0.1, 0.2, 0.3};
   static const double angle[] = {-2e-4, -0.5e-4, 0, 0.5e-4, 1e-4, 2e-4};
   lm_spring springs[2];
@@ -264,7 +263,7 @@ static void preloaded_springs_are_twice_as_stiff_until_one_lifts_off(void) {
 }
 
 /* Springs push; none may pull. */
-static void springs_of_one_side_carry_only_its_torque(void) {
+TEST(springs_of_one_side_carry_only_its_torque) {
   int n;
   for (n = 1; n <= 3; n++) {
     int side;
@@ -290,7 +289,7 @@ static void springs_of_one_side_carry_only_its_torque(void) {
 
 /* For any small torque the flank that it closes carries it: rounding must not move the springs
  * across their play. */
-static void the_smallest_torque_keeps_to_its_side_of_the_play(void) {
+TEST(the_smallest_torque_keeps_to_its_side_of_the_play) {
   int round;
   for (round = 0; round < 200; round++) {
     lm_spring springs[24];
@@ -307,7 +306,7 @@ static void the_smallest_torque_keeps_to_its_side_of_the_play(void) {
 }
 
 /* Both flanks of both lobes of the largest drive. */
-static void as_many_springs_as_a_drive_has_are_accepted(void) {
+TEST(as_many_springs_as_a_drive_has_are_accepted) {
   static lm_spring springs[1284];
   static lm_real clearance[1284];
   static lm_real radius[1284];
@@ -327,7 +326,7 @@ static void as_many_springs_as_a_drive_has_are_accepted(void) {
   TEST_ASSERT_EQUAL(1283, order[0]);
 }
 
-static void springs_refuse_nonsense_and_write_nothing(void) {
+TEST(springs_refuse_nonsense_and_write_nothing) {
   const lm_real nan = LM_REAL(NAN);
   const lm_real inf = LM_REAL(INFINITY);
   const lm_real most = LM_REAL(1e9);
@@ -369,7 +368,7 @@ static void springs_refuse_nonsense_and_write_nothing(void) {
 
 /* check_values.md, coupled teeth: lambda = (2600 / (4 * 3.5e5))^(1/4), deflection under the force
  * lambda / (2 k_f). The foundation carries the whole force: k_f times the integral is 1. */
-static void the_foundation_carries_the_whole_force(void) {
+TEST(the_foundation_carries_the_whole_force) {
   lm_real yield[LM_LOBE_TEETH_MAX];
   const double lambda = pow(2600 / 1.4e6, 0.25);
   const double spacing = 0.4;
@@ -387,7 +386,7 @@ static void the_foundation_carries_the_whole_force(void) {
 }
 
 /* E I y'''' + k_f y = 0 away from the force, by central differences. */
-static void the_rim_bends_as_a_beam(void) {
+TEST(the_rim_bends_as_a_beam) {
   lm_real y[7];
   double fourth;
   if (LM_REAL_BITS == 32) {
@@ -399,7 +398,7 @@ static void the_rim_bends_as_a_beam(void) {
   ASSERT_NEAR(2e-3 * 2600 * (double)y[4], -2600 * (double)y[4], 3.5e5 * fourth);
 }
 
-static void the_beam_refuses_nonsense_and_writes_nothing(void) {
+TEST(the_beam_refuses_nonsense_and_writes_nothing) {
   const lm_real nan = LM_REAL(NAN);
   const lm_real small = LM_REAL(1e-12);
   const lm_real large = LM_REAL(1e15);
@@ -637,7 +636,7 @@ static void assert_states_by_definition(void) {
   }
 }
 
-static void open_meshes_satisfy_the_definition(void) {
+TEST(open_meshes_satisfy_the_definition) {
   int round;
   for (round = 0; round < 60; round++) {
     random_mesh(4 + round % 30, 1 + round % 3, 1 + round / 3 % 2, 0.05, 6);
@@ -647,7 +646,7 @@ static void open_meshes_satisfy_the_definition(void) {
   }
 }
 
-static void preloaded_meshes_satisfy_the_definition(void) {
+TEST(preloaded_meshes_satisfy_the_definition) {
   int round;
   for (round = 0; round < 60; round++) {
     random_mesh(4 + round % 30, 1 + round % 3, 1 + round / 3 % 2, -1.5, 5);
@@ -661,7 +660,7 @@ static void preloaded_meshes_satisfy_the_definition(void) {
 
 /* Sum exact, every share >= 0 (rounding aside), angle rising with the torque, stiffness its
  * slope. */
-static void shares_add_up_and_the_angle_rises(void) {
+TEST(shares_add_up_and_the_angle_rises) {
   enum { STEPS = 61 };
   double torque[STEPS];
   lm_take_up states[STEPS];
@@ -698,7 +697,7 @@ static void shares_add_up_and_the_angle_rises(void) {
 }
 
 /* A mesh with a free play can only become stiffer, for any gaps. */
-static void an_open_mesh_hardens(void) {
+TEST(an_open_mesh_hardens) {
   enum { STEPS = 40 };
   double torque[STEPS];
   lm_take_up states[STEPS];
@@ -717,7 +716,7 @@ static void an_open_mesh_hardens(void) {
 }
 
 /* Small steps of torque give small steps of all results, through every event. */
-static void every_share_is_continuous_in_torque(void) {
+TEST(every_share_is_continuous_in_torque) {
   enum { STEPS = 64 };
   double torque[STEPS];
   lm_take_up states[STEPS];
@@ -751,7 +750,7 @@ static void every_share_is_continuous_in_torque(void) {
   }
 }
 
-static void exchanged_flanks_mirror_the_curve(void) {
+TEST(exchanged_flanks_mirror_the_curve) {
   lm_take_up states[TORQUES];
   lm_take_up mirrored[TORQUES];
   int round;
@@ -788,7 +787,7 @@ static void exchanged_flanks_mirror_the_curve(void) {
 }
 
 /* Without a rim between them the pairs are the springs of section 3.1: K = r^2 / C, both lobes. */
-static void without_the_rim_pairs_are_independent_springs(void) {
+TEST(without_the_rim_pairs_are_independent_springs) {
   lm_take_up states[TORQUES];
   int round;
   for (round = 0; round < 20; round++) {
@@ -817,7 +816,7 @@ static void without_the_rim_pairs_are_independent_springs(void) {
 }
 
 /* One tooth each way: forward gap 2 arcmin, backward 1. */
-static void a_free_play_rests_in_its_middle(void) {
+TEST(a_free_play_rests_in_its_middle) {
   static const double torque[] = {-1, 0, 1};
   const double compliance = 4e-6;
   const double stiffness = 2 * 26.0 * 26.0 / compliance / 1000;
@@ -842,7 +841,7 @@ static void a_free_play_rests_in_its_middle(void) {
 
 /* The same teeth with 1 arcmin of preload on either flank: both carry, and share the load, until
  * T = 2 K 1 arcmin lifts one off. */
-static void a_preload_doubles_the_stiffness_until_a_flank_lifts_off(void) {
+TEST(a_preload_doubles_the_stiffness_until_a_flank_lifts_off) {
   const double arcmin = 2.908882086657216e-4;
   const double compliance = 4e-6;
   const double stiffness = 2 * 26.0 * 26.0 / compliance / 1000;
@@ -870,7 +869,7 @@ static void a_preload_doubles_the_stiffness_until_a_flank_lifts_off(void) {
 
 /* Torques far below the preload's own forces: the angle is the torque over the stiffness at
  * rest. */
-static void the_smallest_torque_on_a_preload_turns_in_proportion(void) {
+TEST(the_smallest_torque_on_a_preload_turns_in_proportion) {
   int round;
   for (round = 0; round < 20; round++) {
     static const double torque[] = {-1e-12, -1e-15, 0, 1e-15, 1e-12};
@@ -891,7 +890,7 @@ static void the_smallest_torque_on_a_preload_turns_in_proportion(void) {
 }
 
 /* One lobe in place of both gives the same as both lobes. */
-static void one_lobe_counts_for_two(void) {
+TEST(one_lobe_counts_for_two) {
   lm_take_up one[TORQUES];
   lm_take_up two[TORQUES];
   int preloaded;
@@ -918,7 +917,7 @@ static void one_lobe_counts_for_two(void) {
 
 /* check_values.md, take-up: lobes with gaps g + d and g - d: free play 2 (g - |d|) in all, one lobe
  * alone up to T = 2 K_L |d|, then both, on the line of equal lobes. */
-static void unequal_lobes_carry_one_after_the_other(void) {
+TEST(unequal_lobes_carry_one_after_the_other) {
   const double g = 2e-4;
   const double d = 5e-5;
   const double compliance = 4e-6;
@@ -946,7 +945,7 @@ static void unequal_lobes_carry_one_after_the_other(void) {
   TEST_ASSERT_EQUAL(1, states[2].forward_teeth);
 }
 
-static void the_events_stand_on_the_curve_in_their_order(void) {
+TEST(the_events_stand_on_the_curve_in_their_order) {
   static const double torque[] = {-80, 80};
   lm_take_up states[2];
   int k;
@@ -1000,7 +999,7 @@ static void sort_pairs(void) {
 }
 
 /* Far pairs that carry are noticed; where none does, the states are those of all pairs. */
-static void pairs_left_out_are_noticed_if_they_carry(void) {
+TEST(pairs_left_out_are_noticed_if_they_carry) {
   int left_out = 0;
   int noticed = 0;
   int k;
@@ -1030,7 +1029,7 @@ static void pairs_left_out_are_noticed_if_they_carry(void) {
   TEST_ASSERT_TRUE(noticed > 40);
 }
 
-static void all_active_pairs_may_carry_and_the_first_events_are_kept(void) {
+TEST(all_active_pairs_may_carry_and_the_first_events_are_kept) {
   static const double torque[] = {-1e6, 1e6};
   lm_take_up states[2];
   many_pairs(LM_ACTIVE_MAX);
@@ -1040,7 +1039,7 @@ static void all_active_pairs_may_carry_and_the_first_events_are_kept(void) {
   TEST_ASSERT_EQUAL(LM_STAGES_MAX, workspace.stage_count); /* of 2 * LM_ACTIVE_MAX */
 }
 
-static void more_active_pairs_are_refused(void) {
+TEST(more_active_pairs_are_refused) {
   const lm_real torque[] = {LM_REAL(1e6)};
   lm_take_up states[1];
   many_pairs(LM_ACTIVE_MAX + 1);
@@ -1051,7 +1050,7 @@ static void more_active_pairs_are_refused(void) {
 }
 
 /* The largest permitted numbers of sections, lobes and teeth. */
-static void the_largest_numbers_are_accepted(void) {
+TEST(the_largest_numbers_are_accepted) {
   static const double torque[] = {1};
   lm_take_up states[1];
   foundation.sections = LM_SECTIONS_MAX;
@@ -1089,7 +1088,7 @@ static void two_pairs(void) {
   put_contact(26, 0.4, 1e-4, 4e-6, 5, -1);
 }
 
-static void coupled_pairs_refuse_null(void) {
+TEST(coupled_pairs_refuse_null) {
   const lm_real torque[] = {1};
   const char *pointers = "contacts, foundation, torque_Nm, states, workspace";
   lm_take_up states[1];
@@ -1111,7 +1110,7 @@ static void coupled_pairs_refuse_null(void) {
       LM_OK, lm_coupled_take_up(contacts, 2, &foundation, torque, 1, states, 0, &workspace, 0));
 }
 
-static void coupled_pairs_refuse_counts_and_torques(void) {
+TEST(coupled_pairs_refuse_counts_and_torques) {
   const lm_real nan = LM_REAL(NAN);
   const lm_real inf = LM_REAL(INFINITY);
   const lm_real most = LM_REAL(1e9);
@@ -1130,7 +1129,7 @@ static void coupled_pairs_refuse_counts_and_torques(void) {
   assert_refused(LM_NOT_MONOTONE, "torque_Nm", refused_take_up(2, torque, 3));
 }
 
-static void coupled_pairs_refuse_a_wrong_contact(void) {
+TEST(coupled_pairs_refuse_a_wrong_contact) {
   const lm_real torque[] = {1};
   const lm_real nan = LM_REAL(NAN);
   const lm_real least = LM_REAL(1e-12);
@@ -1161,7 +1160,7 @@ static void coupled_pairs_refuse_a_wrong_contact(void) {
   assert_refused(LM_NO_CONTACT, "contacts", refused_take_up(2, torque, 1));
 }
 
-static void coupled_pairs_refuse_a_wrong_foundation(void) {
+TEST(coupled_pairs_refuse_a_wrong_foundation) {
   const lm_real torque[] = {1};
   const lm_real nan = LM_REAL(NAN);
   const lm_real inf = LM_REAL(INFINITY);
@@ -1211,7 +1210,7 @@ static void singular_pairs(double first_gap, double second_gap, int side) {
   put_contact(52, 1e3, second_gap, 1e-12, 0, side);
 }
 
-static void a_singular_mesh_is_refused_on_the_way(void) {
+TEST(a_singular_mesh_is_refused_on_the_way) {
   const lm_real torque[] = {-1000, 1000};
   lm_take_up states[2];
   int side;
@@ -1225,7 +1224,7 @@ static void a_singular_mesh_is_refused_on_the_way(void) {
   }
 }
 
-static void a_singular_preload_is_refused(void) {
+TEST(a_singular_preload_is_refused) {
   const lm_real torque[] = {0};
   singular_pairs(-1e-3, -0.9e-3, 1);
   put_contact(26, 0, 1e-4, 4e-6, 9, -1);
@@ -1234,7 +1233,7 @@ static void a_singular_preload_is_refused(void) {
 
 /* A soft pair against a stiff one: after the preload has been applied, the output turns by it, and
  * only then the second pair touches. */
-static void a_mesh_that_is_singular_at_rest_is_refused(void) {
+TEST(a_mesh_that_is_singular_at_rest_is_refused) {
   const lm_real torque[] = {0};
   singular_pairs(-1e-4, -0.25e-4, 1);
   put_contact(26, 0, -1e-4, 4e-6, 9, -1);
@@ -1245,7 +1244,7 @@ static void a_mesh_that_is_singular_at_rest_is_refused(void) {
  * factorisation and the slacks disagree by rounding, and pairs join and leave without end. This
  * ends in a refusal, too.
  */
-static void an_endless_exchange_of_pairs_is_refused(void) {
+TEST(an_endless_exchange_of_pairs_is_refused) {
   const lm_real torque[] = {-1000, 1000};
   const double last_digit = BOUND(2e-17, 1e-8);
   const lm_real rim = LM_REAL(1e5);
@@ -1340,7 +1339,7 @@ static void mesh_of_reference_a(const recipe *how) {
 }
 
 /* check_values.md, coupled teeth: mesh alone. */
-static void the_calibrated_mesh_of_reference_a(void) {
+TEST(the_calibrated_mesh_of_reference_a) {
   static const double torque[] = {0.4, 1.6, 4, 7, 10, 16, 25, 40, 60, 80};
   static const double angle[] = {.067, .264, .612, .969, 1.235, 1.569, 2.031, 2.732, 3.597, 4.424};
   static const int teeth[] = {2, 2, 4, 6, 8, 10, 13, 17, 22, 24};
@@ -1362,7 +1361,7 @@ static void the_calibrated_mesh_of_reference_a(void) {
 
 /* check_values.md, coupled teeth: x2 varied, one flank angle for all pairs. K1 =
  * T1/phi(T1), K3 between T2 and 80 N m, lost motion 2 phi(1.6). */
-static void the_stiffness_ratio_shows_the_smallest_gap(void) {
+TEST(the_stiffness_ratio_shows_the_smallest_gap) {
   static const double torque[] = {1.6, 7, 25, 80};
   static const double row[][4] = {{-.12, -1.48, 1.18, .33}, {-.08, -.99, 1.04, .40},
                                   {-.04, -.49, .82, .41},   {-.02, -.24, .66, .40},
@@ -1390,7 +1389,7 @@ static void the_stiffness_ratio_shows_the_smallest_gap(void) {
 }
 
 /* check_values.md, axial sections: five sections, factors .89 .. 1.11, x2 opened by 0.11. */
-static void the_spatial_mesh_of_reference_a(void) {
+TEST(the_spatial_mesh_of_reference_a) {
   static const double torque[] = {1.6, 7, 40};
   static const double five[] = {.4428, 1.4291, 6.1517};
   static const double half[] = {.15, 0, 0};
@@ -1421,53 +1420,4 @@ static void the_spatial_mesh_of_reference_a(void) {
   ASSERT_NEAR(BOUND(0.003, 0.01), half[0],
               in_arcmin(states[0].angle_rad + LM_REAL(torque[0] / TORSION)));
   ASSERT_NEAR(BOUND(320, 500), 3.2e4, 7 / ((double)states[1].angle_rad + 7 / TORSION));
-}
-
-int main(void) {
-  UNITY_BEGIN();
-  RUN_TEST(stage_increments_add_up_to_the_gaps_in_rising_order);
-  RUN_TEST(stage_increments_are_what_remains_of_a_clearance);
-  RUN_TEST(pairs_with_equal_gaps_keep_their_order);
-  RUN_TEST(stage_increments_refuse_nonsense_and_write_nothing);
-  RUN_TEST(the_springs_of_the_specification);
-  RUN_TEST(springs_carry_the_torque_that_was_asked);
-  RUN_TEST(at_an_event_the_rotation_is_the_next_gap);
-  RUN_TEST(springs_rest_in_the_middle_of_their_play);
-  RUN_TEST(preloaded_springs_are_twice_as_stiff_until_one_lifts_off);
-  RUN_TEST(springs_of_one_side_carry_only_its_torque);
-  RUN_TEST(the_smallest_torque_keeps_to_its_side_of_the_play);
-  RUN_TEST(as_many_springs_as_a_drive_has_are_accepted);
-  RUN_TEST(springs_refuse_nonsense_and_write_nothing);
-  RUN_TEST(the_foundation_carries_the_whole_force);
-  RUN_TEST(the_rim_bends_as_a_beam);
-  RUN_TEST(the_beam_refuses_nonsense_and_writes_nothing);
-  RUN_TEST(open_meshes_satisfy_the_definition);
-  RUN_TEST(preloaded_meshes_satisfy_the_definition);
-  RUN_TEST(shares_add_up_and_the_angle_rises);
-  RUN_TEST(an_open_mesh_hardens);
-  RUN_TEST(every_share_is_continuous_in_torque);
-  RUN_TEST(exchanged_flanks_mirror_the_curve);
-  RUN_TEST(without_the_rim_pairs_are_independent_springs);
-  RUN_TEST(a_free_play_rests_in_its_middle);
-  RUN_TEST(a_preload_doubles_the_stiffness_until_a_flank_lifts_off);
-  RUN_TEST(the_smallest_torque_on_a_preload_turns_in_proportion);
-  RUN_TEST(one_lobe_counts_for_two);
-  RUN_TEST(unequal_lobes_carry_one_after_the_other);
-  RUN_TEST(the_events_stand_on_the_curve_in_their_order);
-  RUN_TEST(pairs_left_out_are_noticed_if_they_carry);
-  RUN_TEST(all_active_pairs_may_carry_and_the_first_events_are_kept);
-  RUN_TEST(more_active_pairs_are_refused);
-  RUN_TEST(the_largest_numbers_are_accepted);
-  RUN_TEST(coupled_pairs_refuse_null);
-  RUN_TEST(coupled_pairs_refuse_counts_and_torques);
-  RUN_TEST(coupled_pairs_refuse_a_wrong_contact);
-  RUN_TEST(coupled_pairs_refuse_a_wrong_foundation);
-  RUN_TEST(a_singular_mesh_is_refused_on_the_way);
-  RUN_TEST(a_singular_preload_is_refused);
-  RUN_TEST(a_mesh_that_is_singular_at_rest_is_refused);
-  RUN_TEST(an_endless_exchange_of_pairs_is_refused);
-  RUN_TEST(the_calibrated_mesh_of_reference_a);
-  RUN_TEST(the_stiffness_ratio_shows_the_smallest_gap);
-  RUN_TEST(the_spatial_mesh_of_reference_a);
-  return UNITY_END();
 }

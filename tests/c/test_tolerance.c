@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "expect.h"
+#include "test.h"
 
 #define LOG2_SAMPLES 12
 
@@ -45,7 +46,7 @@ static lm_tolerance_link link_of(double influence, double lower_um, double upper
 
 /* ---- pairs, grades ---- */
 
-static void clearance_limits_of_a_fit_are_those_of_its_signed_deviations(void) {
+TEST(clearance_limits_of_a_fit_are_those_of_its_signed_deviations) {
   /* ISO 286, d 40: H7 +25/0; g6 -9/-25: clearance 9 .. 50 um; p6 +42/+26: interference to -42. */
   close_to(0.050, lm_clearance_max(LM_REAL(0.025), LM_REAL(-0.025)), 0);
   close_to(0.009, lm_clearance_min(0, LM_REAL(-0.009)), 0);
@@ -53,7 +54,7 @@ static void clearance_limits_of_a_fit_are_those_of_its_signed_deviations(void) {
   close_to(-0.001, lm_clearance_max(LM_REAL(0.025), LM_REAL(0.026)), 5e-6);
 }
 
-static void tolerance_grades_are_those_of_the_standard(void) {
+TEST(tolerance_grades_are_those_of_the_standard) {
   /* ISO 286-1, table of standard tolerances: IT3, IT5, IT6, IT7, IT12 and IT16 of a diameter in
    * each step. */
   static const int grade[] = {3, 5, 6, 7, 12, 16};
@@ -88,7 +89,7 @@ static void tolerance_grades_are_those_of_the_standard(void) {
 
 /* The rule that the table was made by: IT6 to IT16 as multiples of i = 0.45 D^(1/3) + 0.001 D with
  * the geometric mean of a step, rounded. Below 10 mm the rounding is coarse. */
-static void the_table_is_the_rule_rounded(void) {
+TEST(the_table_is_the_rule_rounded) {
   static const double multiple[] = {10, 16, 25, 40, 64, 100, 160, 250, 400, 640, 1000};
   static const double end[] = {10, 18, 30, 50, 80, 120, 180, 250, 315, 400, 500};
   int step;
@@ -103,7 +104,7 @@ static void the_table_is_the_rule_rounded(void) {
 }
 
 /* Exactly, so that whole grades of a search give fields of the standard. */
-static void a_whole_grade_has_the_field_of_the_table_to_the_last_bit(void) {
+TEST(a_whole_grade_has_the_field_of_the_table_to_the_last_bit) {
   static const double diameter_mm[] = {0.25, 3, 25, 48, 60, 190, 500};
   lm_real whole;
   int grade;
@@ -121,7 +122,7 @@ static void a_whole_grade_has_the_field_of_the_table_to_the_last_bit(void) {
  * logarithm has the same slope on either side of a grade, half of its difference between the grades
  * below and above.
  */
-static void between_whole_grades_the_field_grows_smoothly(void) {
+TEST(between_whole_grades_the_field_grows_smoothly) {
   static const double diameter_mm[] = {0.25, 25, 60, 190, 500};
   const double step = LM_REAL_BITS == 64 ? 1e-5 : 1e-2;
   int i;
@@ -154,7 +155,7 @@ static void between_whole_grades_the_field_grows_smoothly(void) {
 
 /* ---- limits ---- */
 
-static void worst_case_sums_equations_10_and_11_over_the_pairs(void) {
+TEST(worst_case_sums_equations_10_and_11_over_the_pairs) {
   /* Two fits of d 40, H7/g6 (clearance 9 .. 50 um on the diameter) and H7/p6 (-42 .. -1), as four
    * links of half a diameter: S = 4.5 - 21 .. 25 - 0.5 um. */
   lm_tolerance_link chain[4];
@@ -172,7 +173,7 @@ static void worst_case_sums_equations_10_and_11_over_the_pairs(void) {
   close_to(0, limits.gap_max_mm[LM_TEETH_GAP], 0);
 }
 
-static void each_zone_is_clipped_after_its_own_sum_and_before_the_total(void) {
+TEST(each_zone_is_clipped_after_its_own_sum_and_before_the_total) {
   /* Equation (8): interference in one zone does not close the gap of the other. Within a zone it
    * does: clipping link by link would give 7 .. 15. */
   lm_tolerance_link chain[3];
@@ -193,7 +194,7 @@ static void each_zone_is_clipped_after_its_own_sum_and_before_the_total(void) {
 
 /* The root of squares with K = 1.73 is wider than one uniform field or two. No part within its
  * drawing can be there; only a normal distribution exceeds its field, from t = 3 on. */
-static void probable_limits_never_leave_what_the_parts_can_do(void) {
+TEST(probable_limits_never_leave_what_the_parts_can_do) {
   lm_tolerance_link chain[2];
   chain[0] = link_of(1, -5, 5, LM_UNIFORM, LM_GENERATOR_GAP);
   chain[1] = link_of(0.5, 20, 32, LM_UNIFORM, LM_GENERATOR_GAP);
@@ -208,7 +209,7 @@ static void probable_limits_never_leave_what_the_parts_can_do(void) {
 
 /* Each zone is a gap in one half of the drives and interference in the other: a quarter has
  * no gap. */
-static void a_zone_that_may_interfere_adds_nothing_to_the_least_gap(void) {
+TEST(a_zone_that_may_interfere_adds_nothing_to_the_least_gap) {
   lm_tolerance_link chain[2];
   chain[0] = link_of(1, -10, 10, LM_NORMAL, LM_GENERATOR_GAP);
   chain[1] = link_of(1, -10, 10, LM_NORMAL, LM_TEETH_GAP);
@@ -220,7 +221,7 @@ static void a_zone_that_may_interfere_adds_nothing_to_the_least_gap(void) {
   close_to(0.002, limits.total_min_mm, 4e-6);
 }
 
-static void one_normal_link_is_as_wide_probably_as_at_worst(void) {
+TEST(one_normal_link_is_as_wide_probably_as_at_worst) {
   lm_tolerance_limits probable;
   const lm_tolerance_link one = link_of(-2, -7, -1, LM_NORMAL, LM_TEETH_GAP);
   ACCEPTED(lm_worst_limits(&one, 1, &limits, &fault));
@@ -231,7 +232,7 @@ static void one_normal_link_is_as_wide_probably_as_at_worst(void) {
   close_to((double)limits.total_max_mm, probable.total_max_mm, 0);
 }
 
-static void probable_limits_are_the_root_of_squares_over_both_zones(void) {
+TEST(probable_limits_are_the_root_of_squares_over_both_zones) {
   /* sum A E = 30 + 20 = 50 um; (A tau K / 3)^2: (3)^2 + (1.2247 4)^2 + (1.7321 2)^2 with tau = 3, 4
    * (A = -1), 4 (A = 1/2). */
   lm_tolerance_link chain[3];
@@ -251,7 +252,7 @@ static void probable_limits_are_the_root_of_squares_over_both_zones(void) {
   close_to(0.050, limits.total_max_mm, 0);
 }
 
-static void distribution_factors_are_three_sigma_over_tau(void) {
+TEST(distribution_factors_are_three_sigma_over_tau) {
   /* Uniform: tau / sqrt 3; triangular: tau / sqrt 6; the truncated normal by scipy.stats.truncnorm
    * cut at 0.135 % a side. */
   close_to(1, lm_distribution_factor(LM_NORMAL), 0);
@@ -261,7 +262,7 @@ static void distribution_factors_are_three_sigma_over_tau(void) {
   close_to(0, lm_distribution_factor((lm_distribution)7), 0);
 }
 
-static void an_empty_chain_has_no_gap(void) {
+TEST(an_empty_chain_has_no_gap) {
   ACCEPTED(lm_worst_limits(0, 0, &limits, &fault));
   close_to(0, limits.total_max_mm, 0);
   ACCEPTED(lm_probable_limits(0, 0, 3, &limits, &fault));
@@ -273,7 +274,7 @@ static void an_empty_chain_has_no_gap(void) {
   close_to(0, statistics.largest_mm, 0);
 }
 
-static void coverage_is_the_normal_integral(void) {
+TEST(coverage_is_the_normal_integral) {
   /* scipy.stats.norm; 0.27 % outside at t = 3. */
   static const double t[] = {0, 0.5, 1, 2, 3, 4.5, 6};
   static const double share[] = {0,
@@ -293,7 +294,7 @@ static void coverage_is_the_normal_integral(void) {
   REFUSED(LM_NULL, "share", lm_probable_coverage(3, 0, fault_or_null));
 }
 
-static void contributions_add_up_to_a_hundred_percent(void) {
+TEST(contributions_add_up_to_a_hundred_percent) {
   lm_tolerance_link chain[3];
   lm_real worst[3];
   lm_real probable[3];
@@ -318,7 +319,7 @@ static void contributions_add_up_to_a_hundred_percent(void) {
   REFUSED(LM_NULL, "tolerance", lm_tolerance_contributions(0, 3, worst, probable, fault_or_null));
 }
 
-static void links_out_of_range_are_refused_by_name(void) {
+TEST(links_out_of_range_are_refused_by_name) {
   static const char *const name[] = {
       "tolerance.influence",    "tolerance.influence", "tolerance.lower_mm",
       "tolerance.lower_mm",     "tolerance.upper_mm",  "tolerance.distribution",
@@ -358,7 +359,7 @@ static void links_out_of_range_are_refused_by_name(void) {
 
 /* ---- normal quantile, Sobol points ---- */
 
-static void normal_quantiles_keep_the_stated_error(void) {
+TEST(normal_quantiles_keep_the_stated_error) {
   /* scipy.stats.norm.ppf; 0.075 is the seam of both approximations. */
   static const double p[] = {1e-10, 1e-6, 0.00135, 0.0243, 0.0749, 0.0751, 0.1, 0.3, 0.5};
   static const double z[] = {-6.361340902404056, -4.753424308822899,  -2.999976992703393,
@@ -375,7 +376,7 @@ static void normal_quantiles_keep_the_stated_error(void) {
   REFUSED(LM_NULL, "quantile", lm_normal_tail_quantile(LM_REAL(0.5), 0, fault_or_null));
 }
 
-static void normal_quantiles_rise_and_invert_the_coverage(void) {
+TEST(normal_quantiles_rise_and_invert_the_coverage) {
   double previous = -9;
   int k;
   for (k = 1; k <= 2000; k++) {
@@ -389,7 +390,7 @@ static void normal_quantiles_rise_and_invert_the_coverage(void) {
   }
 }
 
-static void sobol_points_are_those_of_joe_and_kuo(void) {
+TEST(sobol_points_are_those_of_joe_and_kuo) {
   /* scipy.stats.qmc.Sobol(32, scramble=False, bits=32): first eight points of six dimensions, then
    * point 1000 of all. */
   static const int dimension[] = {0, 1, 2, 7, 19, 31};
@@ -427,7 +428,7 @@ static void sobol_points_are_those_of_joe_and_kuo(void) {
   REFUSED(LM_NULL, "points", lm_sobol_points(0, 0, 8, 0, fault_or_null));
 }
 
-static void scrambling_keeps_one_point_in_every_interval(void) {
+TEST(scrambling_keeps_one_point_in_every_interval) {
   static unsigned char seen[1 << LOG2_SAMPLES];
   int d, i, bits;
   for (d = 0; d < 32; d++) {
@@ -443,7 +444,7 @@ static void scrambling_keeps_one_point_in_every_interval(void) {
   }
 }
 
-static void scrambling_keeps_the_plane_net_of_the_first_two_dimensions(void) {
+TEST(scrambling_keeps_the_plane_net_of_the_first_two_dimensions) {
   /* Dimensions 0 and 1 form a (0, m, 2) net: one point in every box of 2^-a by 2^-(m-a). */
   enum { M = 10 };
   static uint32_t other[1 << M];
@@ -461,7 +462,7 @@ static void scrambling_keeps_the_plane_net_of_the_first_two_dimensions(void) {
   }
 }
 
-static void scrambled_points_are_uniform_over_the_seeds(void) {
+TEST(scrambled_points_are_uniform_over_the_seeds) {
   /* Points 0 and 5 of 4096 seeds, in 16 cells: chi square with 15 degrees of freedom stays below 44
    * (chance 1e-4); the correlation of neighbouring seeds below 4.5 / sqrt(4096). */
   int cell[2][16];
@@ -488,7 +489,7 @@ static void scrambled_points_are_uniform_over_the_seeds(void) {
   TEST_ASSERT_TRUE(fabs(neighbours) / 4096 < 4.5 / 64);
 }
 
-static void digits_are_scrambled_independently_once_two_points_have_parted(void) {
+TEST(digits_are_scrambled_independently_once_two_points_have_parted) {
   /* Owen: two points with k leading binary digits in common keep them in common, differ in the next
    * and are independent after it: mean square distance 1.75 4^-k / 6. Points 2^j of dimension 0
    * part from point 0 after j - 1 digits. */
@@ -520,7 +521,7 @@ static void estimates(double expected, const lm_estimate *estimate) {
           5 * (double)estimate->standard_error + rounding * (fabs(expected) + 1e-3));
 }
 
-static void quantiles_are_those_of_each_distribution(void) {
+TEST(quantiles_are_those_of_each_distribution) {
   /* One link 100 .. 300 um (E = 200, tau = 100): quantiles at 10 and 90 % are E -+ tau q, with q =
    * 1.2815515655/3 normal; truncnorm cut at 0.135 % 1.2754217623/3; triangular 1 - sqrt 0.2;
    * uniform 0.8. */
@@ -539,7 +540,7 @@ static void quantiles_are_those_of_each_distribution(void) {
   }
 }
 
-static void normal_chains_without_clipping_agree_with_the_probable_formula(void) {
+TEST(normal_chains_without_clipping_agree_with_the_probable_formula) {
   lm_tolerance_link chain[6];
   int i;
   for (i = 0; i < 6; i++) {
@@ -558,7 +559,7 @@ static void normal_chains_without_clipping_agree_with_the_probable_formula(void)
   close_to(0, statistics.closed_share.value, 0);
 }
 
-static void bounded_distributions_stay_inside_the_worst_case(void) {
+TEST(bounded_distributions_stay_inside_the_worst_case) {
   lm_tolerance_link chain[5];
   int d, i;
   for (d = LM_NORMAL_INSPECTED; d <= LM_UNIFORM; d++) {
@@ -582,7 +583,7 @@ static void bounded_distributions_stay_inside_the_worst_case(void) {
   close_to((double)limits.total_max_mm, statistics.largest_mm, 1e-3);
 }
 
-static void probabilities_zero_and_one_are_the_extremes_of_each_scrambling(void) {
+TEST(probabilities_zero_and_one_are_the_extremes_of_each_scrambling) {
   const lm_tolerance_link one = link_of(1, 10, 30, LM_UNIFORM, LM_TEETH_GAP);
   plan.low_probability = 0;
   plan.high_probability = 1;
@@ -591,7 +592,7 @@ static void probabilities_zero_and_one_are_the_extremes_of_each_scrambling(void)
   near_to(0.030, statistics.high_mm.value, 2e-5);
 }
 
-static void the_clipped_mean_is_not_the_clip_of_the_mean(void) {
+TEST(the_clipped_mean_is_not_the_clip_of_the_mean) {
   /* Sum of two normal links, mean mu, deviation s: E max(0, S) = mu Phi(mu/s) + s phi(mu/s). mu =
    * -2 um, s = sqrt 2 10/3 um: 1.0473949421574 um, though the mean sum is interference. */
   lm_tolerance_link chain[2];
@@ -608,7 +609,7 @@ static void the_clipped_mean_is_not_the_clip_of_the_mean(void) {
   close_to(0, statistics.smallest_mm, 0);
 }
 
-static void zones_are_clipped_apart_in_every_sample(void) {
+TEST(zones_are_clipped_apart_in_every_sample) {
   /* Two zones, each one normal link: means of max(0, S) add up: 2.562242440805852 + 1.0473949421574
    * um from the closed form above. */
   lm_tolerance_link chain[3];
@@ -619,7 +620,7 @@ static void zones_are_clipped_apart_in_every_sample(void) {
   near_to(1.0473949421574e-3 + 2.562242440805852e-3, statistics.mean_mm.value, 2e-6);
 }
 
-static void the_reject_share_is_the_tail_above_the_limit(void) {
+TEST(the_reject_share_is_the_tail_above_the_limit) {
   const lm_tolerance_link one = link_of(1, 0, 40, LM_UNIFORM, LM_TEETH_GAP);
   plan.limit_mm = LM_REAL(0.030);
   sample(&one, 1);
@@ -629,7 +630,7 @@ static void the_reject_share_is_the_tail_above_the_limit(void) {
   close_to(0, statistics.reject_share.value, 0);
 }
 
-static void a_link_without_tolerance_only_shifts(void) {
+TEST(a_link_without_tolerance_only_shifts) {
   lm_tolerance_link chain[2];
   lm_real mean;
   chain[0] = link_of(1, 10, 30, LM_TRIANGULAR, LM_TEETH_GAP);
@@ -640,14 +641,14 @@ static void a_link_without_tolerance_only_shifts(void) {
   close_to((double)mean + 0.005, statistics.mean_mm.value, 1e-12);
 }
 
-static void thousands_of_equal_terms_lose_no_digit_in_the_mean(void) {
+TEST(thousands_of_equal_terms_lose_no_digit_in_the_mean) {
   /* 0.1 is no binary number: a plain float32 sum of 4096 of them is off by 3e-5. */
   const lm_tolerance_link one = link_of(1, 100, 100, LM_NORMAL, LM_TEETH_GAP);
   sample(&one, 1);
   TEST_ASSERT_TRUE(fabs((double)statistics.mean_mm.value / (double)LM_REAL(0.1) - 1) < 1.3e-7);
 }
 
-static void two_scramblings_lie_one_standard_error_on_either_side_of_their_mean(void) {
+TEST(two_scramblings_lie_one_standard_error_on_either_side_of_their_mean) {
   /* sqrt(((a-m)^2 + (b-m)^2) / (2 1)) = |a - b| / 2; at probability 0, a and b are the smallest
    * gaps of the two scramblings. */
   const lm_tolerance_link one = link_of(1, 10, 30, LM_UNIFORM, LM_TEETH_GAP);
@@ -659,7 +660,7 @@ static void two_scramblings_lie_one_standard_error_on_either_side_of_their_mean(
            statistics.low_mm.value - statistics.low_mm.standard_error, 1e-12);
 }
 
-static void quantiles_interpolate_between_the_two_order_statistics_around_them(void) {
+TEST(quantiles_interpolate_between_the_two_order_statistics_around_them) {
   /* 16 drives of a field -10 .. 10: the net puts eight below zero, so the median lies half way
    * between the eighth, 0, and the ninth. */
   const lm_tolerance_link one = link_of(1, -10, 10, LM_UNIFORM, LM_TEETH_GAP);
@@ -673,7 +674,7 @@ static void quantiles_interpolate_between_the_two_order_statistics_around_them(v
   close_to(0.5, statistics.closed_share.value, 0);
 }
 
-static void equal_seeds_give_equal_bits_and_other_seeds_do_not(void) {
+TEST(equal_seeds_give_equal_bits_and_other_seeds_do_not) {
   lm_tolerance_link chain[2];
   lm_gap_statistics first;
   chain[0] = link_of(1, -12, 8, LM_NORMAL, LM_GENERATOR_GAP);
@@ -687,7 +688,7 @@ static void equal_seeds_give_equal_bits_and_other_seeds_do_not(void) {
   TEST_ASSERT_TRUE(first.mean_mm.value != statistics.mean_mm.value);
 }
 
-static void standard_errors_cover_the_truth_and_beat_plain_sampling(void) {
+TEST(standard_errors_cover_the_truth_and_beat_plain_sampling) {
   /* Mean of a clipped sum over 40 seeds: the error in units of its standard error follows
    * Student's law with 7 degrees of freedom: |t| > 5.41 has a chance of 0.1 %; the mean
    * square of t is 1.4. */
@@ -715,7 +716,7 @@ static void standard_errors_cover_the_truth_and_beat_plain_sampling(void) {
   TEST_ASSERT_TRUE(error < 4.4e-5 / 5);
 }
 
-static void sampling_refuses_nonsense_by_name(void) {
+TEST(sampling_refuses_nonsense_by_name) {
   const lm_tolerance_link one = link_of(1, 0, 40, LM_UNIFORM, LM_TEETH_GAP);
   const size_t enough = sizeof(workspace) / sizeof(workspace[0]);
   lm_sampling_plan bad;
@@ -748,46 +749,4 @@ static void sampling_refuses_nonsense_by_name(void) {
   REFUSED(LM_NULL, "tolerance",
           lm_sample_gap(0, 1, &plan, workspace, enough, &statistics, fault_or_null));
   TEST_ASSERT_EQUAL_DOUBLE(-77, (double)statistics.mean_mm.value);
-}
-
-int main(void) {
-  UNITY_BEGIN();
-  RUN_TEST(clearance_limits_of_a_fit_are_those_of_its_signed_deviations);
-  RUN_TEST(tolerance_grades_are_those_of_the_standard);
-  RUN_TEST(the_table_is_the_rule_rounded);
-  RUN_TEST(a_whole_grade_has_the_field_of_the_table_to_the_last_bit);
-  RUN_TEST(between_whole_grades_the_field_grows_smoothly);
-  RUN_TEST(worst_case_sums_equations_10_and_11_over_the_pairs);
-  RUN_TEST(each_zone_is_clipped_after_its_own_sum_and_before_the_total);
-  RUN_TEST(one_normal_link_is_as_wide_probably_as_at_worst);
-  RUN_TEST(probable_limits_never_leave_what_the_parts_can_do);
-  RUN_TEST(a_zone_that_may_interfere_adds_nothing_to_the_least_gap);
-  RUN_TEST(probable_limits_are_the_root_of_squares_over_both_zones);
-  RUN_TEST(distribution_factors_are_three_sigma_over_tau);
-  RUN_TEST(an_empty_chain_has_no_gap);
-  RUN_TEST(coverage_is_the_normal_integral);
-  RUN_TEST(contributions_add_up_to_a_hundred_percent);
-  RUN_TEST(links_out_of_range_are_refused_by_name);
-  RUN_TEST(normal_quantiles_keep_the_stated_error);
-  RUN_TEST(normal_quantiles_rise_and_invert_the_coverage);
-  RUN_TEST(sobol_points_are_those_of_joe_and_kuo);
-  RUN_TEST(scrambling_keeps_one_point_in_every_interval);
-  RUN_TEST(scrambling_keeps_the_plane_net_of_the_first_two_dimensions);
-  RUN_TEST(scrambled_points_are_uniform_over_the_seeds);
-  RUN_TEST(digits_are_scrambled_independently_once_two_points_have_parted);
-  RUN_TEST(quantiles_are_those_of_each_distribution);
-  RUN_TEST(normal_chains_without_clipping_agree_with_the_probable_formula);
-  RUN_TEST(bounded_distributions_stay_inside_the_worst_case);
-  RUN_TEST(probabilities_zero_and_one_are_the_extremes_of_each_scrambling);
-  RUN_TEST(the_clipped_mean_is_not_the_clip_of_the_mean);
-  RUN_TEST(zones_are_clipped_apart_in_every_sample);
-  RUN_TEST(the_reject_share_is_the_tail_above_the_limit);
-  RUN_TEST(a_link_without_tolerance_only_shifts);
-  RUN_TEST(thousands_of_equal_terms_lose_no_digit_in_the_mean);
-  RUN_TEST(two_scramblings_lie_one_standard_error_on_either_side_of_their_mean);
-  RUN_TEST(quantiles_interpolate_between_the_two_order_statistics_around_them);
-  RUN_TEST(equal_seeds_give_equal_bits_and_other_seeds_do_not);
-  RUN_TEST(standard_errors_cover_the_truth_and_beat_plain_sampling);
-  RUN_TEST(sampling_refuses_nonsense_by_name);
-  return UNITY_END();
 }

@@ -1,6 +1,7 @@
 #include "lostmotion/tooth_bending.h"
 
 #include "expect.h"
+#include "test.h"
 
 #define A20 LM_REAL(20 * DEG)
 
@@ -24,7 +25,7 @@ static void parts_are(double bending, double shear, double axial, double relativ
   close_to(bending + shear + axial, tc.total_mm_per_N, relative);
 }
 
-static void a_rectangular_tooth_gives_the_published_parts(void) {
+TEST(a_rectangular_tooth_gives_the_published_parts) {
   /* check_values.md, tooth compliance: 0.5 x 0.5 x 10 mm, 20 deg. */
   ACCEPTED(lm_tooth_rectangle_compliance(LM_REAL(0.5), LM_REAL(0.5), 10, A20, &steel, &tc, &fault));
   close_to(1.681947e-6, tc.bending_mm_per_N, 3e-7);
@@ -36,13 +37,13 @@ static void a_rectangular_tooth_gives_the_published_parts(void) {
             sin(20 * DEG) * sin(20 * DEG) / 2.1e6, 1e-12);
 }
 
-static void bending_carries_the_factor_twelve(void) {
+TEST(bending_carries_the_factor_twelve) {
   /* The printed formula, without it, gives 1.520399e-6 (check_values.md, tooth compliance). */
   ACCEPTED(lm_tooth_rectangle_compliance(LM_REAL(0.5), LM_REAL(0.5), 10, A20, &steel, &tc, &fault));
   close_to(1.520399e-6, tc.bending_mm_per_N / 12 + tc.shear_mm_per_N + tc.axial_mm_per_N, 4e-7);
 }
 
-static void plane_strain_stiffens_the_bending_only(void) {
+TEST(plane_strain_stiffens_the_bending_only) {
   lm_tooth_compliance wide;
   ACCEPTED(lm_tooth_rectangle_compliance(LM_REAL(0.5), LM_REAL(0.5), 10, A20, &steel, &tc, &fault));
   steel.plane_strain = 1;
@@ -53,7 +54,7 @@ static void plane_strain_stiffens_the_bending_only(void) {
   close_to((double)tc.axial_mm_per_N, wide.axial_mm_per_N, 0);
 }
 
-static void sampled_profiles_are_straight_between_their_points(void) {
+TEST(sampled_profiles_are_straight_between_their_points) {
   /* References: scipy.integrate.quad to 1e-13. */
   static const lm_real height[] = {0, LM_REAL(0.5)};
   static const lm_real half[] = {LM_REAL(0.25), LM_REAL(0.125)};
@@ -90,7 +91,7 @@ static void load_at(double radius, double width) {
 /* float32: radii of 26 mm leave 2e-6 mm of a tooth height of 0.4 mm, cubed in the bending. */
 #define TOOTH_ERROR (LM_REAL_BITS == 64 ? 1e-9 : 3e-5)
 
-static void flexspline_teeth_agree_with_an_independent_quadrature(void) {
+TEST(flexspline_teeth_agree_with_an_independent_quadrature) {
   /* scipy.integrate.quad over rho = root + y, thickness 2 rho (half angle), to 1e-13. x1 = 5, z =
    * 200, m = 0.25, b = 10: loaded 0.315 and 0.455 mm over the root; then reference A at its tip. */
   involute(LM_TOOTH_OUTWARD, 0.25, 200, 5, 25.9125);
@@ -105,7 +106,7 @@ static void flexspline_teeth_agree_with_an_independent_quadrature(void) {
   parts_are(9.60073760096e-07, 1.29583564527e-06, 8.44618087499e-08, TOOTH_ERROR);
 }
 
-static void flexspline_teeth_lie_at_the_published_figures(void) {
+TEST(flexspline_teeth_lie_at_the_published_figures) {
   /* check_values.md, tooth compliance: x1 = 5, m 0.25, b 10: 1.38e-6 + 1.34e-6 at mid depth, 3.7e-6
    * + 2.0e-6 at the tip. Which radii is not printed; 0.315 and 0.455 mm over the root meet both
    * pairs. */
@@ -127,7 +128,7 @@ static void flexspline_teeth_lie_at_the_published_figures(void) {
   close_to(2.0e-6, rim, 0.025);
 }
 
-static void circular_spline_teeth_agree_with_an_independent_quadrature(void) {
+TEST(circular_spline_teeth_agree_with_an_independent_quadrature) {
   /* Reference design A: root 26.1375 (0.2 m beyond the flexspline tip), tip 25.7875 and mid
    * depth. */
   involute(LM_TOOTH_INWARD, 0.25, 202, 2.957, 26.1375);
@@ -139,7 +140,7 @@ static void circular_spline_teeth_agree_with_an_independent_quadrature(void) {
   parts_are(5.01010218483e-08, 4.25116838772e-07, 2.78482274e-08, TOOTH_ERROR);
 }
 
-static void a_pair_of_teeth_is_about_3_5e_6_mm_per_N(void) {
+TEST(a_pair_of_teeth_is_about_3_5e_6_mm_per_N) {
   /* check_values.md, tooth compliance: pair total about 3.5e-6; circular spline 0.47 .. 1.1e-6 +
    * foundation 0.8
    * .. 1.2e-6 at mid height. Reference design A in contact half way up the overlap, r = 25.94. */
@@ -160,7 +161,7 @@ static void a_pair_of_teeth_is_about_3_5e_6_mm_per_N(void) {
   close_to(3.5e-6, total, 0.15);
 }
 
-static void below_the_base_circle_the_flank_goes_on_radially(void) {
+TEST(below_the_base_circle_the_flank_goes_on_radially) {
   /* z = 20: the root lies 1.29 mm inside the base circle. scipy.integrate.quad with the break
    * there.
    */
@@ -177,7 +178,7 @@ static void below_the_base_circle_the_flank_goes_on_radially(void) {
             LM_REAL_BITS == 64 ? 1e-9 : 5e-6);
 }
 
-static void a_load_below_the_base_circle_bends_the_radial_part_only(void) {
+TEST(a_load_below_the_base_circle_bends_the_radial_part_only) {
   involute(LM_TOOTH_OUTWARD, 2, 20, 0, 17.5);
   ACCEPTED(
       lm_involute_tooth_compliance(&tooth, LM_REAL(18.5), 15, LM_REAL(0.3), &steel, &tc, &fault));
@@ -185,7 +186,7 @@ static void a_load_below_the_base_circle_bends_the_radial_part_only(void) {
             LM_REAL_BITS == 64 ? 1e-9 : 3e-6);
 }
 
-static void quadrature_holds_down_to_a_tip_of_a_quarter_module(void) {
+TEST(quadrature_holds_down_to_a_tip_of_a_quarter_module) {
   involute(LM_TOOTH_OUTWARD, 0.25, 200, 5, 25.9125);
   load_at(26.4426, 10);
   parts_are(4.3206284687e-06, 2.65722204939e-06, 2.2387874165e-07, TOOTH_ERROR);
@@ -197,7 +198,7 @@ static void quadrature_holds_down_to_a_tip_of_a_quarter_module(void) {
   parts_are(4.12225265014e-06, 1.69548295488e-06, 2.36424202604e-07, TOOTH_ERROR);
 }
 
-static void a_sampled_involute_profile_converges_to_the_involute_tooth(void) {
+TEST(a_sampled_involute_profile_converges_to_the_involute_tooth) {
   lm_real height[257];
   lm_real half[257];
   const double base = 0.25 * 100 * cos(20 * DEG);
@@ -225,7 +226,7 @@ static void a_sampled_involute_profile_converges_to_the_involute_tooth(void) {
   TEST_ASSERT_TRUE(error[1] < error[0] / 200 + (LM_REAL_BITS == 64 ? 0 : TOOTH_ERROR));
 }
 
-static void tooth_compliance_grows_with_the_height_of_the_load_and_falls_with_width(void) {
+TEST(tooth_compliance_grows_with_the_height_of_the_load_and_falls_with_width) {
   double previous = 0;
   int i;
   involute(LM_TOOTH_OUTWARD, 0.25, 200, 3, 25.4125);
@@ -238,7 +239,7 @@ static void tooth_compliance_grows_with_the_height_of_the_load_and_falls_with_wi
   close_to(previous / 2, tc.total_mm_per_N, 0);
 }
 
-static void tooth_functions_refuse_nonsense_by_name(void) {
+TEST(tooth_functions_refuse_nonsense_by_name) {
   static const lm_real height[] = {0, LM_REAL(0.2), LM_REAL(0.2)};
   static const lm_real lifted[] = {LM_REAL(0.1), LM_REAL(0.2), LM_REAL(0.3)};
   static const lm_real half[] = {LM_REAL(0.3), LM_REAL(0.2), LM_REAL(0.1)};
@@ -301,7 +302,7 @@ static void tooth_functions_refuse_nonsense_by_name(void) {
   TEST_ASSERT_EQUAL_DOUBLE(-77, (double)tc.total_mm_per_N);
 }
 
-static void involute_teeth_refuse_nonsense_by_name(void) {
+TEST(involute_teeth_refuse_nonsense_by_name) {
   lm_involute_tooth bad;
   const lm_real m = LM_REAL(0.25);
   const lm_real root = LM_REAL(25.4125);
@@ -353,7 +354,7 @@ static void involute_teeth_refuse_nonsense_by_name(void) {
           lm_involute_foundation_compliance(&tooth, 26, 10, A20, 0, &out, fault_or_null));
 }
 
-static void the_foundation_follows_weber_and_cornell(void) {
+TEST(the_foundation_follows_weber_and_cornell) {
   /* l = h, a = 0: 0.91 / 2.1e6 (5.306 + 2 0.52 / 0.91 + 1.534); a second case by an independent
    * evaluation of the formula. */
   ACCEPTED(lm_foundation_compliance(1, 1, 10, 0, &steel, &out, &fault));
@@ -368,7 +369,7 @@ static void the_foundation_follows_weber_and_cornell(void) {
           lm_foundation_compliance(1, 1, 10, 0, &steel, 0, fault_or_null));
 }
 
-static void line_contact_follows_hertz(void) {
+TEST(line_contact_follows_hertz) {
   /* 50 N, R 10, b 10; depths 0.25 and 0.3: evaluated independently. */
   lm_real a;
   ACCEPTED(lm_line_contact_half_width(50, 10, 10, &steel, &a, &fault));
@@ -391,7 +392,7 @@ static void line_contact_follows_hertz(void) {
           lm_line_contact_compliance(1, 1, a, 10, &steel, 0, fault_or_null));
 }
 
-static void tooth_deflection_turns_the_output_by_more_than_its_tangential_part(void) {
+TEST(tooth_deflection_turns_the_output_by_more_than_its_tangential_part) {
   /* Equation (7) corrected: delta / (r cos a), 18 .. 25 % more than delta cos a / r, at 24 ..
    * 26 deg. */
   ACCEPTED(lm_tooth_bending_angle(LM_REAL(1e-3), 26, LM_REAL(25 * DEG), &out, &fault));
@@ -401,27 +402,4 @@ static void tooth_deflection_turns_the_output_by_more_than_its_tangential_part(v
   OUTSIDE("radius_mm", lm_tooth_bending_angle(1, 0, 0, &out, fault_or_null));
   OUTSIDE("flank_angle_rad", lm_tooth_bending_angle(1, 26, LM_REAL(1.41), &out, fault_or_null));
   REFUSED(LM_NULL, "angle_rad", lm_tooth_bending_angle(1, 26, 0, 0, fault_or_null));
-}
-
-int main(void) {
-  UNITY_BEGIN();
-  RUN_TEST(a_rectangular_tooth_gives_the_published_parts);
-  RUN_TEST(bending_carries_the_factor_twelve);
-  RUN_TEST(plane_strain_stiffens_the_bending_only);
-  RUN_TEST(sampled_profiles_are_straight_between_their_points);
-  RUN_TEST(flexspline_teeth_agree_with_an_independent_quadrature);
-  RUN_TEST(flexspline_teeth_lie_at_the_published_figures);
-  RUN_TEST(circular_spline_teeth_agree_with_an_independent_quadrature);
-  RUN_TEST(a_pair_of_teeth_is_about_3_5e_6_mm_per_N);
-  RUN_TEST(below_the_base_circle_the_flank_goes_on_radially);
-  RUN_TEST(a_load_below_the_base_circle_bends_the_radial_part_only);
-  RUN_TEST(quadrature_holds_down_to_a_tip_of_a_quarter_module);
-  RUN_TEST(a_sampled_involute_profile_converges_to_the_involute_tooth);
-  RUN_TEST(tooth_compliance_grows_with_the_height_of_the_load_and_falls_with_width);
-  RUN_TEST(tooth_functions_refuse_nonsense_by_name);
-  RUN_TEST(involute_teeth_refuse_nonsense_by_name);
-  RUN_TEST(the_foundation_follows_weber_and_cornell);
-  RUN_TEST(line_contact_follows_hertz);
-  RUN_TEST(tooth_deflection_turns_the_output_by_more_than_its_tangential_part);
-  return UNITY_END();
 }

@@ -1,6 +1,6 @@
 #include "lostmotion/torque.h"
 
-#include <unity.h>
+#include "test.h"
 
 static lm_motor motor;
 static lm_load_guess guess;
@@ -26,26 +26,26 @@ static void assert_near(double expected, lm_real found) {
 
 /* 4 A are 0.4 N*m; at 10 rad/s friction reduces the torque by 0.05 + 0.01, at 100 rad/s^2 the rotor
  * by 0.01. */
-static void a_motor_that_drives_loses_by_efficiency(void) {
+TEST(a_motor_that_drives_loses_by_efficiency) {
   assert_near(-(0.4 - 0.06 - 0.01) * 100 * 0.8, lm_estimate_torque(&motor, 4, 10, 100));
   assert_near((0.4 - 0.06) * 100 * 0.8, lm_estimate_torque(&motor, -4, -10, 0));
 }
 
-static void a_motor_that_is_driven_holds_less_than_the_load(void) {
+TEST(a_motor_that_is_driven_holds_less_than_the_load) {
   assert_near(-(0.4 + 0.06) * 100 / 0.8, lm_estimate_torque(&motor, 4, -10, 0));
 }
 
-static void at_standstill_neither_friction_nor_efficiency_count(void) {
+TEST(at_standstill_neither_friction_nor_efficiency_count) {
   assert_near(-40, lm_estimate_torque(&motor, 4, 0, 0));
   assert_near(-(0.4 - 0.025 - 5e-5) * 100 * 0.9, lm_estimate_torque(&motor, 4, LM_REAL(0.05), 0));
 }
 
-static void the_sign_of_the_ratio_counts(void) {
+TEST(the_sign_of_the_ratio_counts) {
   motor.ratio = -100;
   assert_near(40, lm_estimate_torque(&motor, 4, 0, 0));
 }
 
-static void the_guess_resists_motion_and_has_a_dead_band(void) {
+TEST(the_guess_resists_motion_and_has_a_dead_band) {
   lm_real resisting_Nm = 0;
   int i;
   assert_near(-5, lm_guess_torque(&guess, &resisting_Nm, LM_REAL(0.01), 0));
@@ -58,7 +58,7 @@ static void the_guess_resists_motion_and_has_a_dead_band(void) {
   assert_near(7, lm_guess_torque(&guess, &resisting_Nm, -1, 2));
 }
 
-static void a_motion_that_is_not_finite_is_not_made(void) {
+TEST(a_motion_that_is_not_finite_is_not_made) {
   lm_real zero = 0;
   lm_real resisting_Nm = 3;
   assert_near(3, lm_guess_torque(&guess, &resisting_Nm, zero / zero, 0));
@@ -66,7 +66,7 @@ static void a_motion_that_is_not_finite_is_not_made(void) {
 }
 
 /* What the motor holds may be friction, or what the gear loses. */
-static void at_standstill_the_friction_may_point_either_way(void) {
+TEST(at_standstill_the_friction_may_point_either_way) {
   lm_real zero = 0;
   assert_near(0.05 * 100 / 0.8, lm_bound_torque(&motor, 0, 0));
   assert_near((0.05 * 100 + 20 * 0.2) / 0.8, lm_bound_torque(&motor, -20, 0));
@@ -78,7 +78,7 @@ static void at_standstill_the_friction_may_point_either_way(void) {
 }
 
 /* Whatever the direction of friction and of the power, the torque is within the bound. */
-static void at_standstill_the_torque_is_within_the_bound(void) {
+TEST(at_standstill_the_torque_is_within_the_bound) {
   int k;
   for (k = 0; k < 4; ++k) {
     lm_real friction_Nm = k % 2 ? motor.coulomb_Nm : -motor.coulomb_Nm;
@@ -95,7 +95,7 @@ static void at_standstill_the_torque_is_within_the_bound(void) {
 /* The truth is always possible, so the error of the estimate is never more than twice the
  * uncertainty.
  */
-static void a_held_torque_moves_no_further_than_it_must(void) {
+TEST(a_held_torque_moves_no_further_than_it_must) {
   lm_real believed = 0;
   assert_near(7, lm_hold_torque(&believed, 10, 3));
   assert_near(7, lm_hold_torque(&believed, 5, 3));
@@ -104,7 +104,7 @@ static void a_held_torque_moves_no_further_than_it_must(void) {
   assert_near(-4, lm_hold_torque(&believed, -4, 0));
 }
 
-static void a_held_torque_survives_any_input(void) {
+TEST(a_held_torque_survives_any_input) {
   lm_real zero = 0;
   lm_real believed = 2;
   TEST_ASSERT_TRUE(lm_hold_torque(&believed, zero / zero, 1) == 2);
@@ -122,7 +122,7 @@ static void refused(lm_status expected, const char *name) {
   setUp();
 }
 
-static void a_motor_without_meaning_is_refused_by_name(void) {
+TEST(a_motor_without_meaning_is_refused_by_name) {
   lm_real zero = 0;
   lm_fault fault;
   TEST_ASSERT_EQUAL(LM_NULL, lm_check_motor(NULL, &fault));
@@ -155,20 +155,4 @@ static void a_motor_without_meaning_is_refused_by_name(void) {
   refused(LM_NOT_FINITE, "viscous_Nm_s");
   motor.standstill_rad_s = 0;
   refused(LM_OUT_OF_RANGE, "standstill_rad_s");
-}
-
-int main(void) {
-  UNITY_BEGIN();
-  RUN_TEST(a_motor_that_drives_loses_by_efficiency);
-  RUN_TEST(a_motor_that_is_driven_holds_less_than_the_load);
-  RUN_TEST(at_standstill_neither_friction_nor_efficiency_count);
-  RUN_TEST(the_sign_of_the_ratio_counts);
-  RUN_TEST(the_guess_resists_motion_and_has_a_dead_band);
-  RUN_TEST(a_motion_that_is_not_finite_is_not_made);
-  RUN_TEST(at_standstill_the_friction_may_point_either_way);
-  RUN_TEST(at_standstill_the_torque_is_within_the_bound);
-  RUN_TEST(a_held_torque_moves_no_further_than_it_must);
-  RUN_TEST(a_held_torque_survives_any_input);
-  RUN_TEST(a_motor_without_meaning_is_refused_by_name);
-  return UNITY_END();
 }

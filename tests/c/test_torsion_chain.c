@@ -1,6 +1,7 @@
 #include "lostmotion/torsion_chain.h"
 
 #include "expect.h"
+#include "test.h"
 
 #define STEEL_G LM_REAL(8e4)
 
@@ -22,7 +23,7 @@ static lm_real wind_up(lm_real torque) {
   return out;
 }
 
-static void the_ratio_counts_twice(void) {
+TEST(the_ratio_counts_twice) {
   /* check_values.md, torsion chain: input shaft d 8 x 30, u = 100, 40 N m: 0.77 arcsec; with one
    * factor forgotten 77 arcsec. */
   ACCEPTED(lm_make_shaft_torsion(8, 0, 30, STEEL_G, 100, &element, &fault));
@@ -32,13 +33,13 @@ static void the_ratio_counts_twice(void) {
   close_to(0.7694077 * ARCSEC, wind_up(40), 1e-7);
 }
 
-static void an_output_shaft_winds_up_1_79_arcmin(void) {
+TEST(an_output_shaft_winds_up_1_79_arcmin) {
   /* check_values.md, torsion chain: d 25 x 40 solid, 40 N m. */
   ACCEPTED(lm_make_shaft_torsion(25, 0, 40, STEEL_G, 1, &element, &fault));
   close_to(1.7928499747 * 60 * ARCSEC, wind_up(40), 1e-9);
 }
 
-static void a_hollow_shaft_is_the_difference_of_two_solid_ones(void) {
+TEST(a_hollow_shaft_is_the_difference_of_two_solid_ones) {
   lm_torsion_element solid;
   lm_torsion_element core;
   ACCEPTED(lm_make_shaft_torsion(25, 0, 40, STEEL_G, 1, &solid, &fault));
@@ -48,7 +49,7 @@ static void a_hollow_shaft_is_the_difference_of_two_solid_ones(void) {
            element.stiffness_Nm_per_rad, 1e-12);
 }
 
-static void cup_and_diaphragm_have_the_published_stiffness(void) {
+TEST(cup_and_diaphragm_have_the_published_stiffness) {
   /* check_values.md, torsion chain: r 24.7, s 0.35, l 12: 2.21e5; hub 15, h 0.5: 1.79e5; in
    * series 9.9e4. */
   lm_torsion_element both[2];
@@ -64,19 +65,19 @@ static void cup_and_diaphragm_have_the_published_stiffness(void) {
            LM_REAL_BITS == 64 ? 1e-12 : 1e-5);
 }
 
-static void a_locked_input_of_1_Nm_per_rad_is_ten_thousand_at_the_output(void) {
+TEST(a_locked_input_of_1_Nm_per_rad_is_ten_thousand_at_the_output) {
   /* check_values.md, torsion chain: K_l = 1, u = 100: 33 arcsec at 1.6 N m. */
   ACCEPTED(lm_make_input_lock(1, 100, &element, &fault));
   close_to(33 * ARCSEC, wind_up(LM_REAL(1.6)), 1e-3);
 }
 
-static void no_torsion_elements_give_no_wind_up(void) {
+TEST(no_torsion_elements_give_no_wind_up) {
   ACCEPTED(lm_sum_torsion(40, 0, 0, &out, &slope, &fault));
   close_to(0, out, 0);
   close_to(0, slope, 0);
 }
 
-static void torsion_refuses_nonsense_by_name(void) {
+TEST(torsion_refuses_nonsense_by_name) {
   element.stiffness_Nm_per_rad = 7;
   element.ratio = 3;
   OUTSIDE("outer_diameter_mm", lm_make_shaft_torsion(0, 0, 1, STEEL_G, 1, &element, fault_or_null));
@@ -112,16 +113,4 @@ static void torsion_refuses_nonsense_by_name(void) {
   REFUSED(LM_NOT_FINITE, "torsion_chain.stiffness_Nm_per_rad",
           lm_sum_torsion(1, &element, 1, &out, &slope, fault_or_null));
   TEST_ASSERT_EQUAL_DOUBLE(-77, (double)out);
-}
-
-int main(void) {
-  UNITY_BEGIN();
-  RUN_TEST(the_ratio_counts_twice);
-  RUN_TEST(an_output_shaft_winds_up_1_79_arcmin);
-  RUN_TEST(a_hollow_shaft_is_the_difference_of_two_solid_ones);
-  RUN_TEST(cup_and_diaphragm_have_the_published_stiffness);
-  RUN_TEST(a_locked_input_of_1_Nm_per_rad_is_ten_thousand_at_the_output);
-  RUN_TEST(no_torsion_elements_give_no_wind_up);
-  RUN_TEST(torsion_refuses_nonsense_by_name);
-  return UNITY_END();
 }

@@ -1,9 +1,9 @@
 #include "lostmotion/torsion_curve.h"
 
 #include <string.h>
-#include <unity.h>
 
 #include "reference_drives.h"
+#include "test.h"
 
 #define PITCH (LM_REAL(2) * LM_PI / LM_REAL(200))
 
@@ -52,7 +52,7 @@ static lm_real sum_of_parts(const lm_contributions *c) {
 
 /* check_values.md, catalogue: size 20 above ratio 50: 1.504, 3.979, 10.499 arcmin at T1, T2, 2
  * T_N. Bars: a factor of 4 from first principles, 3 % with the two constants. */
-static void torsion_curve_against_the_catalogue(void) {
+TEST(torsion_curve_against_the_catalogue) {
   const lm_real torque[] = {7, 25, 80};
   const double catalogue[] = {1.504, 3.979, 10.499};
   lm_drive drive = calibrated();
@@ -71,7 +71,7 @@ static void torsion_curve_against_the_catalogue(void) {
 
 /* Same table: of it the mesh (gaps as they are, own flank angles: within 0.01 arcmin of the row
  * with g_min taken off) and teeth of a lobe. Tooth share below 5 % (paper: up to a few percent). */
-static void mesh_share_and_engaged_teeth_of_the_reference(void) {
+TEST(mesh_share_and_engaged_teeth_of_the_reference) {
   const lm_real torque[] = {LM_REAL(0.4), LM_REAL(1.6), 4, 7, 10, 16, 25, 40, 60, 80};
   const double mesh[] = {.067, .264, .612, .969, 1.235, 1.569, 2.031, 2.732, 3.597, 4.424};
   const int teeth[] = {2, 2, 4, 6, 8, 10, 13, 17, 22, 24};
@@ -98,7 +98,7 @@ static lm_drive rich(void) {
   return completed(drive);
 }
 
-static void parts_add_up_and_the_sum_is_monotone_through_zero(void) {
+TEST(parts_add_up_and_the_sum_is_monotone_through_zero) {
   lm_real torque[81];
   lm_drive drives[5];
   int d;
@@ -133,7 +133,7 @@ static void parts_add_up_and_the_sum_is_monotone_through_zero(void) {
 
 /* At phase 0 the mesh is symmetric: a reversed torque gives the reversed angle; at other phases the
  * mirrored phase does. */
-static void exchanging_the_flanks_mirrors_the_torsion_curve(void) {
+TEST(exchanging_the_flanks_mirrors_the_torsion_curve) {
   const lm_drive drive = rich();
   lm_contributions first[9];
   lm_real torque[9];
@@ -149,7 +149,7 @@ static void exchanging_the_flanks_mirrors_the_torsion_curve(void) {
 }
 
 /* The stiffness is the slope of the total. */
-static void stiffness_is_the_slope(void) {
+TEST(stiffness_is_the_slope) {
   const lm_drive drive = rich();
   const lm_real torque[] = {LM_REAL(0.001), LM_REAL(0.002), 5, LM_REAL(5.01), 30, LM_REAL(30.01)};
   int i;
@@ -162,7 +162,7 @@ static void stiffness_is_the_slope(void) {
 }
 
 /* (9), (9a): a gap of 10 um adds its full angle above T0 in each direction, a share of it below. */
-static void radial_gap_closes_at_its_torque(void) {
+TEST(radial_gap_closes_at_its_torque) {
   lm_drive drive = calibrated();
   lm_real torque[] = {-10, -1, LM_REAL(0.01), 1, 10};
   double full;
@@ -178,7 +178,7 @@ static void radial_gap_closes_at_its_torque(void) {
 }
 
 /* The mean of the tolerance chain is part of the gap; each zone is clipped by itself, eq (8). */
-static void tolerance_chain_shifts_the_gap(void) {
+TEST(tolerance_chain_shifts_the_gap) {
   lm_drive drive = calibrated();
   drive.tolerance_count = 2;
   memset(drive.tolerances, 0, sizeof drive.tolerances);
@@ -196,7 +196,7 @@ static void tolerance_chain_shifts_the_gap(void) {
 }
 
 /* Section 4: the chain adds c F tan(alpha) / r with F = T tan(alpha) / (2 r), both signs equal. */
-static void radial_chain_adds_its_angle(void) {
+TEST(radial_chain_adds_its_angle) {
   lm_drive drive = calibrated();
   const lm_real torque[] = {-20, 20};
   double without[2];
@@ -223,7 +223,7 @@ static void radial_chain_adds_its_angle(void) {
 
 /* Section 6: half width over centre is [tan(a + rho) - tan(a - rho)] / (2 tan a), 0.27 at mu = 0.10
  * and a = 24 deg. */
-static void friction_of_the_flanks_widens_the_loop(void) {
+TEST(friction_of_the_flanks_widens_the_loop) {
   lm_drive drive = calibrated();
   const lm_real torque[] = {-40, 40};
   drive.friction_angle_rad = LM_REAL(0.0996687); /* atan 0.1 */
@@ -237,7 +237,7 @@ static void friction_of_the_flanks_widens_the_loop(void) {
  * lobe that touches first carries alone at half the stiffness, and the asymptote is the nominal
  * one; beyond g_min the lobes press against each other. With a floating wave generator none of this
  * occurs. */
-static void eccentricity_of_a_fixed_generator(void) {
+TEST(eccentricity_of_a_fixed_generator) {
   lm_drive drive = calibrated();
   const lm_real torque[] = {LM_REAL(0.01), LM_REAL(0.02), 80};
   const double shift = 0.005 / 25.8; /* e / r_k, contact radii 25.79 .. 26.09 mm */
@@ -278,7 +278,7 @@ static void eccentricity_of_a_fixed_generator(void) {
  * sections has its share of the face width. Between sections the rim twists as a thin tube: a
  * section by what passes through the rim from its inner edge, 0.27 arcmin over 10 mm at 40 N m and
  * a radius of 25.6 mm. */
-static void sections_share_the_face_width_and_twist(void) {
+TEST(sections_share_the_face_width_and_twist) {
   const lm_real torque[] = {1};
   lm_drive drive = calibrated();
   int sections;
@@ -307,7 +307,7 @@ static void sections_share_the_face_width_and_twist(void) {
 /* A flexspline that is moved along a flank that carries forward slides on it: this gap stays and
  * that of the tooth's other flank changes. Its teeth narrow outwards inside the rigid gear, inwards
  * around it, and each has its own direction. */
-static void eccentricity_along_a_flank_leaves_its_gap(void) {
+TEST(eccentricity_along_a_flank_leaves_its_gap) {
   const lm_real torque[] = {1};
   int d;
   for (d = 0; d < 2; d++) {
@@ -345,7 +345,7 @@ static void eccentricity_along_a_flank_leaves_its_gap(void) {
   }
 }
 
-static void reversal_is_the_distance_of_both_branches(void) {
+TEST(reversal_is_the_distance_of_both_branches) {
   const lm_drive drive = calibrated();
   const lm_real torque[] = {LM_REAL(-1.6), LM_REAL(1.6)};
   lm_real lost_motion;
@@ -358,7 +358,7 @@ static void reversal_is_the_distance_of_both_branches(void) {
 
 /* Scale invariance (section 2.4): twice the size, the same gaps; compliances of a similar drive
  * under a torque grown with the volume give the same angles. */
-static void a_similar_drive_has_the_same_angles(void) {
+TEST(a_similar_drive_has_the_same_angles) {
   lm_drive small = reference_a();
   lm_drive large = reference_a();
   const lm_real at_small[] = {LM_REAL(1.6), 40};
@@ -384,7 +384,7 @@ static void a_similar_drive_has_the_same_angles(void) {
 
 /* Pair compliance from eq (6) when the designer gives none; both gears and both deformations. The
  * energy integral at the real contacts gives 4.3 .. 7.3e-6 mm/N for reference A. */
-static void pairs_give_by_the_energy_integral(void) {
+TEST(pairs_give_by_the_energy_integral) {
   lm_drive drive = calibrated();
   const lm_real torque[] = {40};
   lm_real given;
@@ -401,7 +401,7 @@ static void pairs_give_by_the_energy_integral(void) {
 }
 
 /* More nodes of the neutral line change nothing: 1e-6 arcmin. */
-static void refining_the_grid_converges(void) {
+TEST(refining_the_grid_converges) {
   const lm_drive drive = rich();
   const lm_real torque[] = {-40, 2, 40};
   double total[3];
@@ -418,7 +418,7 @@ static void refining_the_grid_converges(void) {
   }
 }
 
-static void nonsense_is_refused(void) {
+TEST(nonsense_is_refused) {
   lm_drive drive = calibrated();
   lm_real torque[2] = {1, 2};
   lm_real result = 0;
@@ -451,7 +451,7 @@ static void nonsense_is_refused(void) {
 }
 
 /* Refusals of the parts are passed on with their own texts. */
-static void refusals_of_the_parts_come_through(void) {
+TEST(refusals_of_the_parts_come_through) {
   const lm_real torque[] = {1};
   const lm_drive good = calibrated();
   lm_drive drive = good;
@@ -496,7 +496,7 @@ static void refusals_of_the_parts_come_through(void) {
 
 /* The largest drive: 640 teeth, ratio 320, seven sections, two unlike lobes. With usual limits, and
  * with limits that make candidates of all pairs that reach each other. */
-static void the_largest_drive_has_room(void) {
+TEST(the_largest_drive_has_room) {
   lm_real torque[9];
   int wide;
   even_torques(torque, 9, 80);
@@ -527,7 +527,7 @@ static void the_largest_drive_has_room(void) {
 
 /* Gears with an invalid material: the energy integral states which gear, for both gears and both
  * deformations. */
-static void pairs_without_a_compliance_are_refused(void) {
+TEST(pairs_without_a_compliance_are_refused) {
   const lm_real torque[] = {1};
   int d;
   int bad;
@@ -550,7 +550,7 @@ static void pairs_without_a_compliance_are_refused(void) {
 }
 
 /* Data common to all tooth phases of a drive are computed once, and again for the next drive. */
-static void phases_one_after_the_other_give_the_bits_of_each_alone(void) {
+TEST(phases_one_after_the_other_give_the_bits_of_each_alone) {
   const lm_real torque[] = {-40, LM_REAL(1.6), 40};
   const lm_drive drive[] = {completed(reference_a()), completed(reference_e())};
   lm_contributions alone[3];
@@ -603,7 +603,7 @@ static void assert_same_bits_with_near_pairs(const lm_drive *drive, lm_real torq
 }
 
 /* Also where far pairs carry, as at many times the rated torque: all are computed then. */
-static void near_pairs_give_the_bits_of_all(void) {
+TEST(near_pairs_give_the_bits_of_all) {
   lm_drive drive = rich();
   assert_same_bits_with_near_pairs(&drive, LM_REAL(40));
   assert_same_bits_with_near_pairs(&drive, LM_REAL(2000));
@@ -611,7 +611,7 @@ static void near_pairs_give_the_bits_of_all(void) {
   assert_same_bits_with_near_pairs(&drive, LM_REAL(40));
 }
 
-static void pointed_teeth_are_refused_by_their_height(void) {
+TEST(pointed_teeth_are_refused_by_their_height) {
   const lm_real torque[] = {1};
   lm_drive drive = reference_a();
   drive.teeth.flexspline_shift = LM_REAL(6);
@@ -629,7 +629,7 @@ static void pointed_teeth_are_refused_by_their_height(void) {
 
 /* --- compact curve ---------------------------------------------------------------------------- */
 
-static void knots_of_a_straight_line_are_free(void) {
+TEST(knots_of_a_straight_line_are_free) {
   lm_real torque[65];
   lm_real angle[65];
   int chosen[16];
@@ -650,7 +650,7 @@ static void knots_of_a_straight_line_are_free(void) {
 
 /* The curve of a real drive: the error falls with the knots, is the true largest distance, zero is
  * a knot, and 33 knots keep the size 20 within 0.01 arcmin. */
-static void knots_follow_the_torsion_curve(void) {
+TEST(knots_follow_the_torsion_curve) {
   static lm_real torque[257];
   static lm_real angle[257];
   const int counts[] = {3, 16, 33, 64, 257};
@@ -692,7 +692,7 @@ static void knots_follow_the_torsion_curve(void) {
   ASSERT_NEAR(0, 0, last);
 }
 
-static void samples_that_make_no_curve_are_refused(void) {
+TEST(samples_that_make_no_curve_are_refused) {
   lm_real torque[] = {-1, 0, 1};
   lm_real angle[] = {-1, 0, 1};
   int chosen[3] = {7, 7, 7};
@@ -720,35 +720,4 @@ static void samples_that_make_no_curve_are_refused(void) {
   angle[1] = 1;
   TEST_ASSERT_EQUAL(LM_OK, lm_choose_knots(torque, angle, 3, 2, chosen, &error, 0));
   ASSERT_NEAR(1e-6, 1, error);
-}
-
-int main(void) {
-  UNITY_BEGIN();
-  RUN_TEST(torsion_curve_against_the_catalogue);
-  RUN_TEST(mesh_share_and_engaged_teeth_of_the_reference);
-  RUN_TEST(parts_add_up_and_the_sum_is_monotone_through_zero);
-  RUN_TEST(exchanging_the_flanks_mirrors_the_torsion_curve);
-  RUN_TEST(stiffness_is_the_slope);
-  RUN_TEST(radial_gap_closes_at_its_torque);
-  RUN_TEST(tolerance_chain_shifts_the_gap);
-  RUN_TEST(radial_chain_adds_its_angle);
-  RUN_TEST(friction_of_the_flanks_widens_the_loop);
-  RUN_TEST(eccentricity_of_a_fixed_generator);
-  RUN_TEST(sections_share_the_face_width_and_twist);
-  RUN_TEST(eccentricity_along_a_flank_leaves_its_gap);
-  RUN_TEST(reversal_is_the_distance_of_both_branches);
-  RUN_TEST(a_similar_drive_has_the_same_angles);
-  RUN_TEST(pairs_give_by_the_energy_integral);
-  RUN_TEST(refining_the_grid_converges);
-  RUN_TEST(nonsense_is_refused);
-  RUN_TEST(refusals_of_the_parts_come_through);
-  RUN_TEST(the_largest_drive_has_room);
-  RUN_TEST(pairs_without_a_compliance_are_refused);
-  RUN_TEST(phases_one_after_the_other_give_the_bits_of_each_alone);
-  RUN_TEST(near_pairs_give_the_bits_of_all);
-  RUN_TEST(pointed_teeth_are_refused_by_their_height);
-  RUN_TEST(knots_of_a_straight_line_are_free);
-  RUN_TEST(knots_follow_the_torsion_curve);
-  RUN_TEST(samples_that_make_no_curve_are_refused);
-  return UNITY_END();
 }
