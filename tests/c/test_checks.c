@@ -9,11 +9,6 @@ static lm_load load; /* none: its checks are those of test_load_capacity.c */
 static lm_smallest_gap smallest;
 static lm_fault fault;
 
-void setUp(void) {
-}
-void tearDown(void) {
-}
-
 static void prepare(const lm_drive *drive, int sections) {
   int i;
   for (i = 0; i < sections; i++) {

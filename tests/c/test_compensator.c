@@ -17,8 +17,6 @@ void setUp(void) {
   seed = 1;
   TEST_ASSERT_EQUAL(LM_OK, lm_start_compensator(&joint, &parameters, 0, &fault));
 }
-void tearDown(void) {
-}
 
 static lm_correction step(lm_real torque_Nm) {
   at.torque_Nm = torque_Nm;

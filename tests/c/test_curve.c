@@ -23,8 +23,6 @@ void setUp(void) {
   seed = 1;
   TEST_ASSERT_EQUAL(LM_OK, lm_build_curve(&curve, torque_Nm, angle_rad, KNOTS, &fault));
 }
-void tearDown(void) {
-}
 
 TEST(the_curve_passes_through_its_knots) {
   int i;

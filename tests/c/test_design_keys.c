@@ -4,11 +4,6 @@
 #include "lostmotion/design_keys.h"
 #include "test.h"
 
-void setUp(void) {
-}
-void tearDown(void) {
-}
-
 TEST(test_every_row_is_described) {
   int i;
   for (i = 0; i < LM_DESIGN_KEY_COUNT; i++) {

@@ -13,8 +13,6 @@ void setUp(void) {
   memset(&fault, 0, sizeof fault);
   drive = reference_a();
 }
-void tearDown(void) {
-}
 
 static void complete(void) {
   TEST_ASSERT_EQUAL_MESSAGE(LM_OK, lm_complete_drive(&drive, &fault), fault.input);

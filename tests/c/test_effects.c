@@ -18,8 +18,6 @@ void setUp(void) {
   at.temperature_C = LM_REFERENCE_TEMPERATURE_C;
   seed = 1;
 }
-void tearDown(void) {
-}
 
 /* A torque without any friction. */
 static void load(lm_real torque_Nm) {

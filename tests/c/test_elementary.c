@@ -8,11 +8,6 @@
  * itself has rounding errors (1.1e-16), which the bounds allow for. */
 #define IN_DOUBLE (LM_REAL_BITS == 64)
 
-void setUp(void) {
-}
-void tearDown(void) {
-}
-
 static lm_real nan_of_the_type(void) {
   lm_real zero = 0;
   return zero / zero;

@@ -17,11 +17,6 @@ static lm_flank flank;
 static lm_mesh mesh;
 static lm_flank_points points;
 
-void setUp(void) {
-}
-void tearDown(void) {
-}
-
 /* The arcs of Liu et al., Machines 13 (2025) 535, section 3.5. */
 static void start_arcs(void) {
   drive = reference_a();

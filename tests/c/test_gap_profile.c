@@ -42,8 +42,6 @@ void setUp(void) {
   seed = 1;
   TEST_ASSERT_EQUAL(LM_OK, lm_start_compensator(&joint, &parameters, 0, &fault));
 }
-void tearDown(void) {
-}
 
 static lm_correction go_to(lm_real angle_rad) {
   at.output_angle_rad = angle_rad;

@@ -11,8 +11,6 @@ void setUp(void) {
   seed = 1;
   memset(&fault, 0, sizeof fault);
 }
-void tearDown(void) {
-}
 
 static void make(const lm_drive *drive) {
   TEST_ASSERT_EQUAL(LM_OK, lm_make_geometry(&drive->teeth, drive->generator.deflection_mm,

@@ -8,11 +8,6 @@ static lm_design_workspace workspace;
 static lm_contributions at[1];
 static lm_fault fault;
 
-void setUp(void) {
-}
-void tearDown(void) {
-}
-
 static lm_drive size20(void) {
   lm_drive drive = reference_a();
   TEST_ASSERT_EQUAL_MESSAGE(LM_OK, lm_complete_drive(&drive, &fault), fault.input);

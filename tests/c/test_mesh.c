@@ -12,8 +12,6 @@ void setUp(void) {
   seed = 1;
   memset(&fault, 0, sizeof fault);
 }
-void tearDown(void) {
-}
 
 static void make(const lm_drive *drive, double section_factor) {
   TEST_ASSERT_EQUAL_MESSAGE(

@@ -18,8 +18,6 @@ void setUp(void) {
   lm_start_model(&memory, 0);
   seed = 1;
 }
-void tearDown(void) {
-}
 
 static lm_real step(lm_real torque_Nm) {
   at.torque_Nm = torque_Nm;

@@ -10,9 +10,6 @@
 #include "decimal.h"
 #include "test.h"
 
-void setUp(void) {
-}
-
 void tearDown(void) {
   (void)setlocale(LC_ALL, "C");
 }

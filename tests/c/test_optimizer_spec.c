@@ -12,12 +12,6 @@
 static lm_problem problem;
 static lm_spec_error error;
 
-void setUp(void) {
-}
-
-void tearDown(void) {
-}
-
 static const char least_spec[] =
     "rated_torque_Nm 40\n"
     "objective lost_motion\n"

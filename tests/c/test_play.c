@@ -37,8 +37,6 @@ void setUp(void) {
   TEST_ASSERT_EQUAL(LM_OK, lm_build_play_bank(&bank, s20, S20_COUNT, S20_COUNT, &fault));
   lm_center_plays(&memory, 0);
 }
-void tearDown(void) {
-}
 
 static lm_real angle_at(lm_real torque_Nm) {
   lm_play_sum sum = lm_advance_plays(&bank, &memory, torque_Nm);

@@ -14,8 +14,6 @@ void setUp(void) {
   out = LM_REAL(-77);
   slope = LM_REAL(-77);
 }
-void tearDown(void) {
-}
 
 static lm_real approach(lm_real force, const lm_radial_law *laws, int count) {
   ACCEPTED(lm_sum_radial(force, laws, count, &out, &slope, &fault));

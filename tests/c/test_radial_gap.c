@@ -13,8 +13,6 @@ void setUp(void) {
   fault.input = "";
   out = LM_REAL(-77);
 }
-void tearDown(void) {
-}
 
 TEST(both_gaps_add_up_and_neither_may_be_negative) {
   ACCEPTED(lm_radial_gap_sum(LM_REAL(0.004), LM_REAL(0.006), &out, &fault));

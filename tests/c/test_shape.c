@@ -17,8 +17,6 @@ void setUp(void) {
   memset(&fault, 0, sizeof fault);
   memset(&generator, 0, sizeof generator);
 }
-void tearDown(void) {
-}
 
 /* Every wave generator that the specification names; angles in degrees. */
 typedef struct kind {

@@ -4,11 +4,6 @@
 
 #include "test.h"
 
-void setUp(void) {
-}
-void tearDown(void) {
-}
-
 TEST(every_status_has_a_sentence_of_its_own) {
   int a;
   int b;

@@ -20,8 +20,6 @@ void setUp(void) {
   foundation.sections = 1;
   foundation.lobes = 1;
 }
-void tearDown(void) {
-}
 
 /* --- eq (1) --- */
 

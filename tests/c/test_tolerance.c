@@ -26,8 +26,6 @@ void setUp(void) {
   plan.high_probability = LM_REAL(0.99865);
   plan.limit_mm = LM_REAL(1);
 }
-void tearDown(void) {
-}
 
 static void near_to(double expected, lm_real found, double absolute) {
   TEST_ASSERT_DOUBLE_WITHIN(absolute, expected, (double)found);

@@ -15,8 +15,6 @@ void setUp(void) {
   out = LM_REAL(-77);
   steel = lm_steel_tooth_material();
 }
-void tearDown(void) {
-}
 
 static void parts_are(double bending, double shear, double axial, double relative) {
   close_to(bending, tc.bending_mm_per_N, relative);

@@ -16,8 +16,6 @@ void setUp(void) {
   guess.friction_Nm = 5;
   guess.stiffness_Nm_per_rad = LM_REAL(1e4);
 }
-void tearDown(void) {
-}
 
 static void assert_near(double expected, lm_real found) {
   double difference = (double)found - expected;

@@ -14,8 +14,6 @@ void setUp(void) {
   out = LM_REAL(-77);
   slope = LM_REAL(-77);
 }
-void tearDown(void) {
-}
 
 static lm_real wind_up(lm_real torque) {
   ACCEPTED(lm_sum_torsion(torque, &element, 1, &out, &slope, &fault));

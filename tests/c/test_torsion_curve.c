@@ -12,11 +12,6 @@ static lm_contributions point[LM_TORQUES_MAX];
 static lm_mesh_state state;
 static lm_fault fault;
 
-void setUp(void) {
-}
-void tearDown(void) {
-}
-
 /* check_values.md, coupled teeth: the two constants fitted to the catalogue of size 20, and C_t of
  * the pairs.
  */

@@ -1,7 +1,8 @@
 # The runner of a Unity program: it calls every TEST of a source (tests/c/test.h) in their order.
 # Without CMake's build: cmake -D source=FILE -D runner=FILE -P Runner.cmake
 
-# Write the runner of a source. A source with a main of its own calls run_tests.
+# Write the runner of a source. A source with a main of its own calls run_tests. A setUp or tearDown
+# that neither the source nor a header beside it has is empty.
 function(lm_write_runner source runner)
   file(STRINGS ${source} found REGEX "^TEST\\(")
   if(NOT found)
@@ -14,10 +15,24 @@ function(lm_write_runner source runner)
     string(APPEND declared "void ${test}(void);\n")
     string(APPEND called "  RUN_TEST(${test});\n")
   endforeach()
-  set(main "int run_tests(void);\n\nint run_tests(void) {\n")
-  file(STRINGS ${source} own_main REGEX "^int main\\(")
-  if(NOT own_main)
-    set(main "int main(void) {\n")
+  file(READ ${source} text)
+  get_filename_component(here ${source} DIRECTORY)
+  string(REGEX MATCHALL "[a-z0-9_]+\\.h\"" headers "${text}")
+  foreach(header IN LISTS headers)
+    string(REPLACE "\"" "" header ${header})
+    if(EXISTS ${here}/${header})
+      file(READ ${here}/${header} more)
+      string(APPEND text "${more}")
+    endif()
+  endforeach()
+  foreach(hook setUp tearDown)
+    if(NOT text MATCHES "\nvoid ${hook}\\(")
+      string(APPEND declared "\nvoid ${hook}(void) {\n}\n")
+    endif()
+  endforeach()
+  set(main "int main(void) {\n")
+  if(text MATCHES "\nint main\\(")
+    set(main "int run_tests(void);\n\nint run_tests(void) {\n")
   endif()
   set(content "#include <unity.h>\n\n${declared}\n${main}")
   string(APPEND content "  UnityBegin(\"${source}\");\n${called}  return UNITY_END();\n}\n")
