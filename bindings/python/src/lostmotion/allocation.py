@@ -19,8 +19,8 @@ from lostmotion.combined_tolerances import parts_of_fit
 from lostmotion.core import core
 from lostmotion.drives import Drive, parse_drive
 from lostmotion.errors import InputError, LostMotionError
-from lostmotion.fits import read_class
 from lostmotion.model import PROBABLE_T, DesignModel, design_model, reversal_torque
+from lostmotion.tolerance_classes import read_class
 from lostmotion.tooth_grades import GRADES as TOOTH_GRADES
 from lostmotion.units import ARCMIN
 

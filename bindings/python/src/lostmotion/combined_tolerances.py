@@ -10,9 +10,9 @@ from typing import Any
 
 from lostmotion import tooth_grades
 from lostmotion.errors import InputError
-from lostmotion.fits import read_fit
 from lostmotion.keys import Key, as_in_file, read_keys
 from lostmotion.structs import DISTRIBUTIONS, ZONES
+from lostmotion.tolerance_classes import read_fit
 
 COMBINED = ("fit", "gear")
 """Kinds that are expanded."""

@@ -12,10 +12,10 @@ from typing import Any
 from lostmotion import units
 from lostmotion.core import Bits, Core, core
 from lostmotion.errors import InputError, LibraryError
-from lostmotion.fits import ToleranceClass, limit_deviations, read_class
 from lostmotion.flank_points import Points, flank_points
 from lostmotion.generated_flexspline import generated_points
 from lostmotion.keys import Key, Kind, TableEntry, as_in_file
+from lostmotion.tolerance_classes import ToleranceClass, limit_deviations, read_class
 
 MEASURES = ("", "deg", "arcmin", "modules", "pitch diameters", "rim thicknesses", "face widths")
 """Unit of the range of a design key, by the value of `lm_key_measure`; "" is the unit of the

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 
-from lostmotion.fits import field_um
+from lostmotion.tolerance_classes import field_um
 
 GRADES = (4, 9)
 """Tooth grades whose infeed ISO/TR 10064-2 states."""

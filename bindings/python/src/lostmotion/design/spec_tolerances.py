@@ -12,9 +12,9 @@ from lostmotion.design.engine import engine
 from lostmotion.design.spec_keys import MODULE, TEETH
 from lostmotion.design.statements import Statements
 from lostmotion.design.variables import Variables
-from lostmotion.fits import ToleranceClass, limit_deviations
 from lostmotion.keys import Key, TableEntry, as_in_file, read_keys
 from lostmotion.structs import DISTRIBUTIONS, ZONES, Entry, class_of
+from lostmotion.tolerance_classes import ToleranceClass, limit_deviations
 
 POSITIONS = {"hole": (1.0, 0.5), "shaft": (-1.0, -0.5), "link": (1.0, 0.0)}
 """Sign of the influence, and the middle of a field that starts at zero, in widths of the field."""

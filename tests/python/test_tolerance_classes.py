@@ -13,9 +13,9 @@ from conftest import NO_SEARCH
 from lostmotion.core import core
 from lostmotion.drives import parse_drive, read_drive
 from lostmotion.errors import InputError
-from lostmotion.fits import LETTERS, limit_deviations, read_class
 from lostmotion.model import design_model
 from lostmotion.predict import predict
+from lostmotion.tolerance_classes import LETTERS, limit_deviations, read_class
 from lostmotion.tooth_grades import infeed_um, runout_um
 
 PUBLISHED_UM = {
