@@ -19,6 +19,13 @@
 static lm_fault fault;
 static lm_real out;
 
+/* No fault, and a result that no function gives. */
+static inline void forget_results(void) {
+  fault.status = LM_OK;
+  fault.input = "";
+  out = LM_REAL(-77);
+}
+
 /* Equal within a relative error. */
 static inline void close_to(double expected, lm_real found, double relative) {
   const double allowed = (relative > ROUNDING ? relative : ROUNDING) * fabs(expected);

@@ -59,9 +59,8 @@ static void add_link(double influence, double position, int distribution, int zo
   problem.link_count++;
 }
 
-/* A size 20 in which everything that can vary varies: 15 ranges, so two passes of dual numbers. */
-static void start(lm_generator_type type) {
-  lm_fault fault;
+/* A joint of size 20. */
+static void start_joint(lm_generator_type type) {
   lm_start_problem(&problem);
   problem.rated_torque_Nm = 40;
   problem.value[LM_KEY_MODULE_MM] = 0.25;
@@ -70,9 +69,21 @@ static void start(lm_generator_type type) {
   problem.value[LM_KEY_DEFORMATION] = type == LM_RING ? 1 : 0;
   problem.value[LM_KEY_FLEXSPLINE_TEETH] = type == LM_RING ? 202 : 200;
   problem.value[LM_KEY_AXIAL_SECTIONS] = 2;
-  problem.value[LM_KEY_CAM_OFFSET_MM] = type == LM_ELLIPSE ? 2 : 0;
   problem.phases = 3;
   problem.objective_count = 1;
+}
+
+static void lay_out_joint(void) {
+  lm_fault fault;
+  TEST_ASSERT_EQUAL_INT(LM_OK, lm_prepare_problem(&problem, &fault));
+  lm_default_scan(&scan);
+  lm_lay_out(&problem, &scan, &layout);
+}
+
+/* One in which everything that can vary varies: 15 ranges, so two passes of dual numbers. */
+static void start(lm_generator_type type) {
+  start_joint(type);
+  problem.value[LM_KEY_CAM_OFFSET_MM] = type == LM_ELLIPSE ? 2 : 0;
   problem.bounds.gap_at_worst_corner = 1;
   problem.bounds.outer_diameter_max_mm = 70;
   problem.bounds.interference_max_mm = 0.005;
@@ -91,30 +102,18 @@ static void start(lm_generator_type type) {
   add_link(-0.5, -0.5, LM_UNIFORM, LM_GENERATOR_GAP);
   add_link(1.37, 0.25, LM_TRIANGULAR, LM_TEETH_GAP);
   add_link(1.37, 0.0, LM_NORMAL_INSPECTED, LM_TEETH_GAP);
-  TEST_ASSERT_EQUAL_INT(LM_OK, lm_prepare_problem(&problem, &fault));
-  lm_default_scan(&scan);
-  lm_lay_out(&problem, &scan, &layout);
+  lay_out_joint();
 }
 
 /* The same joint with a flexspline of double arcs or S teeth, whose every dimension varies, and the
  * circular spline (ring: the rigid gear inside) that it generates. */
 static void start_flank(lm_flank_kind kind, lm_generator_type type) {
-  lm_fault fault;
-  lm_start_problem(&problem);
-  problem.rated_torque_Nm = 40;
-  problem.value[LM_KEY_MODULE_MM] = 0.25;
-  problem.value[LM_KEY_GENERATOR_TYPE] = type;
-  problem.value[LM_KEY_DEFORMATION] = type == LM_RING ? 1 : 0;
-  problem.value[LM_KEY_FLEXSPLINE_TEETH] = type == LM_RING ? 202 : 200;
-  problem.value[LM_KEY_AXIAL_SECTIONS] = 2;
+  start_joint(type);
   problem.value[LM_KEY_FLEXSPLINE_FLANK] = kind;
   problem.value[LM_KEY_RIGID_FLANK] = LM_FLANK_CONJUGATE;
   problem.value[LM_KEY_RACK_ADDENDUM] = 0.6;
   problem.value[LM_KEY_ROOT_CLEARANCE] = 0.15;
-  problem.value[LM_KEY_FACE_WIDTH_MM] = 10;
   problem.value[LM_KEY_RIGID_SHIFT] = 0;
-  problem.phases = 3;
-  problem.objective_count = 1;
   add_range(LM_KEY_FLEXSPLINE_SHIFT, -0.1, 0.3);
   add_range(LM_KEY_DEFLECTION_MODULES, 0.9, 1.1);
   add_range(LM_KEY_TOOTH_HEIGHT, 1.2, 1.4);
@@ -138,9 +137,7 @@ static void start_flank(lm_flank_kind kind, lm_generator_type type) {
     add_range(LM_KEY_DELTA_L_DEG, 9, 16);
     add_range(LM_KEY_H_L, 0.1, 0.3);
   }
-  TEST_ASSERT_EQUAL_INT(LM_OK, lm_prepare_problem(&problem, &fault));
-  lm_default_scan(&scan);
-  lm_lay_out(&problem, &scan, &layout);
+  lay_out_joint();
 }
 
 /* Sum of squares of the oracle's derivatives, of the differences to them, and of their change

@@ -9,9 +9,7 @@
 static lm_radial_law law;
 
 void setUp(void) {
-  fault.status = LM_OK;
-  fault.input = "";
-  out = LM_REAL(-77);
+  forget_results();
 }
 
 TEST(both_gaps_add_up_and_neither_may_be_negative) {

@@ -14,9 +14,7 @@ static lm_real workspace[LM_SAMPLE_GAP_WORKSPACE(LOG2_SAMPLES)];
 static uint32_t points[1 << LOG2_SAMPLES];
 
 void setUp(void) {
-  fault.status = LM_OK;
-  fault.input = "";
-  out = LM_REAL(-77);
+  forget_results();
   memset(&limits, 0, sizeof(limits));
   memset(&statistics, 0, sizeof(statistics));
   plan.samples_log2 = LOG2_SAMPLES;

@@ -10,9 +10,7 @@ static lm_tooth_compliance tc;
 static lm_tooth_material steel;
 
 void setUp(void) {
-  fault.status = LM_OK;
-  fault.input = "";
-  out = LM_REAL(-77);
+  forget_results();
   steel = lm_steel_tooth_material();
 }
 

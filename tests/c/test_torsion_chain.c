@@ -9,9 +9,7 @@ static lm_real slope;
 static lm_torsion_element element;
 
 void setUp(void) {
-  fault.status = LM_OK;
-  fault.input = "";
-  out = LM_REAL(-77);
+  forget_results();
   slope = LM_REAL(-77);
 }
 

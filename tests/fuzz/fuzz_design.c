@@ -10,7 +10,6 @@
  */
 #include <math.h>
 #include <stddef.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "fuzz_input.h"
@@ -37,23 +36,6 @@ static lm_real take_real(fuzz_input *input, double low, double high, int *wild) 
   }
   take(input, &part, sizeof(part));
   return (lm_real)(low + (high - low) * part / 65535.0);
-}
-
-static void demand(int holds) {
-  if (!holds) {
-    abort();
-  }
-}
-
-static int untouched(const void *object, size_t length) {
-  const uint8_t *bytes = (const uint8_t *)object;
-  size_t i;
-  for (i = 0; i < length; i++) {
-    if (bytes[i] != 0xa5) {
-      return 0;
-    }
-  }
-  return 1;
 }
 
 /* --- drives --- */
@@ -175,7 +157,7 @@ static void check_take_up(int count, const lm_real torque[], int torques, int ta
   lm_rest rest;
   lm_fault fault;
   lm_status status;
-  memset(&rest, 0xa5, sizeof(rest));
+  memset(&rest, UNTOUCHED, sizeof(rest));
   status = lm_coupled_take_up(contacts, count, &foundation, torque, torques, states, &rest,
                               &workspace, &fault);
   if (status != LM_OK) {
@@ -263,7 +245,7 @@ static void fuzz_drive(fuzz_input *input) {
   before = drive;
   status = lm_check_drive(&drive, &fault);
   demand(memcmp(&before, &drive, sizeof(drive)) == 0);
-  memset(&mesh, 0xa5, sizeof(mesh));
+  memset(&mesh, UNTOUCHED, sizeof(mesh));
   if (status != LM_OK) {
     demand(status == fault.status && fault.input != 0);
     if (lm_make_mesh(&drive, 1, 8, &mesh, &fault) != LM_OK) {

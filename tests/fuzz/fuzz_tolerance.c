@@ -5,7 +5,6 @@
  *     tests/fuzz/fuzz_tolerance.c lib/design/tolerance.c -lm -o fuzz_tolerance
  */
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "fuzz_input.h"
@@ -26,23 +25,6 @@ static lm_real take_real(fuzz_input *input, lm_real unit) {
   }
   take(input, &whole, sizeof(whole));
   return unit * (lm_real)whole;
-}
-
-static void demand(int holds) {
-  if (!holds) {
-    abort();
-  }
-}
-
-static int untouched(const void *object, size_t length) {
-  const uint8_t *bytes = (const uint8_t *)object;
-  size_t i;
-  for (i = 0; i < length; i++) {
-    if (bytes[i] != 0xa5) {
-      return 0;
-    }
-  }
-  return 1;
 }
 
 static void check_limits(lm_status status, const lm_tolerance_limits *limits) {
@@ -89,10 +71,10 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     bounded = bounded && links[i].distribution != LM_NORMAL;
   }
 
-  memset(&worst, 0xa5, sizeof(worst));
+  memset(&worst, UNTOUCHED, sizeof(worst));
   worst_status = lm_worst_limits(links, count, &worst, &fault);
   check_limits(worst_status, &worst);
-  memset(&probable, 0xa5, sizeof(probable));
+  memset(&probable, UNTOUCHED, sizeof(probable));
   check_limits(
       lm_probable_limits(links, count, take_real(&input, (lm_real)0.001), &probable, &fault),
       &probable);
@@ -110,7 +92,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   plan.low_probability = take_real(&input, (lm_real)1e-4);
   plan.high_probability = take_real(&input, (lm_real)1e-4);
   plan.limit_mm = take_real(&input, (lm_real)0.001);
-  memset(&statistics, 0xa5, sizeof(statistics));
+  memset(&statistics, UNTOUCHED, sizeof(statistics));
   status = lm_sample_gap(links, count, &plan, workspace, sizeof(workspace) / sizeof(workspace[0]),
                          &statistics, &fault);
   if (status != LM_OK) {
