@@ -656,11 +656,44 @@ lm_real lm_bound_uncertainty(lm_compensator *compensator) {
   return bound(compensator);
 }
 
-/* True if the band of an operator has changed: its state is that of the old band, and the load has
- * not swept the new one. */
-static int has_other_bands(const lm_play_bank *bank, const lm_play_bank *before) {
+#if LM_EFFECTS_MAX > 0
+/* Effects that change what the operators follow, or their bands: the first of the list. */
+static int32_t count_loading(const lm_parameters *parameters) {
+  int32_t count = 0;
+  while (count < parameters->effect_count &&
+         parameters->effect[count].effect->kind != LM_EFFECT_ANGLE) {
+    ++count;
+  }
+  return count;
+}
+
+static int has_other_effects(const lm_parameters *parameters, const lm_parameters *before) {
+  const int32_t count = count_loading(parameters);
+  int other = count != count_loading(before);
+  int32_t i;
+  for (i = 0; i < count; ++i) {
+    const lm_effect_use *use = &parameters->effect[i];
+    const lm_effect_use *old = &before->effect[i];
+    int32_t k;
+    other |= use->effect != old->effect;
+    for (k = 0; k < use->effect->value_count; ++k) {
+      other |= use->value[k] != old->value[k];
+    }
+  }
+  return other;
+}
+#endif
+
+/* True if the band of an operator has changed, or the torque that it follows: its state is that of
+ * the old ones, and the load has not swept the new band. */
+static int has_other_bands(const lm_parameters *parameters, const lm_parameters *old_parameters) {
+  const lm_play_bank *bank = &parameters->plays;
+  const lm_play_bank *before = &old_parameters->plays;
   int other = bank->envelope_Nm != before->envelope_Nm || bank->knee_Nm != before->knee_Nm;
   int32_t i;
+#if LM_EFFECTS_MAX > 0
+  other |= has_other_effects(parameters, old_parameters);
+#endif
   for (i = 0; i < LM_PLAYS_MAX; ++i) {
     const lm_play_slot *slot = &bank->slot[i];
     const lm_play_slot *old = &before->slot[i];
@@ -686,7 +719,7 @@ lm_status lm_change_parameters(lm_compensator *compensator, const lm_parameters 
     return lm_refuse(fault, LM_INCONSISTENT, "period_s", parameters->limits.period_s, period_s,
                      period_s);
   }
-  other_bands = has_other_bands(&parameters->plays, &compensator->parameters->plays);
+  other_bands = has_other_bands(parameters, compensator->parameters);
   compensator->parameters = parameters;
   lm_settle_model(parameters, &compensator->memory);
   if (other_bands) {

@@ -536,6 +536,35 @@ TEST(any_other_band_counts) {
   }
 }
 
+/* Another torque effect moves what the operators follow, although the load does not move. An effect
+ * on the angle does not. */
+TEST(an_effect_on_the_torque_counts) {
+  int i;
+  for (i = 0; i < 5; ++i) {
+    lm_parameters other;
+    parameters.effect_count = 2;
+    parameters.effect[0].effect = &lm_effect_torque_offset;
+    parameters.effect[0].value[0] = LM_REAL(0.1);
+    parameters.effect[1].effect = &lm_effect_asymmetric_stiffness;
+    parameters.effect[1].value[0] = LM_REAL(0.1);
+    other = parameters;
+    other.effect[0].value[0] += LM_REAL(i == 0) / 8;
+    other.effect[1].value[0] += LM_REAL(i == 1) / 16;
+    if (i == 2) {
+      other.effect[0].effect = &lm_effect_torque_scale;
+    } else if (i == 3) {
+      other.effect[0] = other.effect[1];
+      other.effect_count = 1;
+    } else if (i == 4) {
+      other.effect_count = 1;
+    }
+    TEST_ASSERT_EQUAL(LM_OK, lm_start_compensator(&joint, &parameters, 0, &fault));
+    lm_declare_memory_known(&joint);
+    TEST_ASSERT_EQUAL(LM_OK, lm_change_parameters(&joint, &other, &fault));
+    TEST_ASSERT_EQUAL(i != 1 && i != 4, (step(0).status & LM_STATE_MEMORY_UNKNOWN) != 0);
+  }
+}
+
 TEST(a_saved_history_is_taken_up_again) {
   lm_saved saved;
   lm_compensator next;

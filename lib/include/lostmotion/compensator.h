@@ -237,8 +237,8 @@ void lm_declare_memory_unknown(lm_compensator *compensator);
 lm_real lm_bound_uncertainty(lm_compensator *compensator);
 
 /* Changes the parameters without a step in the correction, which moves to the new target within the
- * limits. Operators keep their state as far as the new bands allow. If any band has changed, the
- * history is unknown again (LM_STATE_MEMORY_UNKNOWN), each operator anywhere in its new band. The
+ * limits. Operators keep their state as far as the new bands allow. If any band or an effect of the
+ * kinds torque and width has changed, the history is unknown again (LM_STATE_MEMORY_UNKNOWN), each operator anywhere in its new band. The
  * limits of the new parameters are the headroom until it is set again. The old parameters are read
  * once more, so the new ones need a separate struct; after the call the old one is free. Slow, like
  * lm_check_parameters. Errors: LM_NULL (also where the instance is not started); those of
