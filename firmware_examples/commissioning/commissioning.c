@@ -975,6 +975,8 @@ const char *commissioning_sentence(commissioning_finding finding) {
       "The velocity that is fed forward makes the motor follow worse: check its sign and unit "
       "(rad/s of "
       "the motor).",
+      "The motor moved when the loop was switched off: the brake does not hold the load, had not "
+      "closed yet (closing time), or is not commanded by `release`.",
   };
   return (unsigned)finding < COMMISSIONING_FINDINGS ? sentence[finding] : "unknown";
 }

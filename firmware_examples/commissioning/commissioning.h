@@ -91,7 +91,8 @@ typedef enum commissioning_finding {
   COMMISSIONING_VELOCITY = 35,
   COMMISSIONING_FRICTION = 36,
   COMMISSIONING_PACE = 37,
-  COMMISSIONING_FINDINGS /* number of findings */
+  COMMISSIONING_BRAKE = 38, /* lm_commission.h */
+  COMMISSIONING_FINDINGS    /* number of findings */
 } commissioning_finding;
 
 /* What could not be checked, as bits: commissioning_unchecked states them. */

@@ -2,6 +2,9 @@
 
 #include <string.h>
 
+/* Of the bound: a brake has less play, and lets the motor fall further. */
+#define BRAKE_SHARE 0.25f
+
 /* The first angle is the setpoint: the loop yields to the load, and must not do so again. */
 static float report(const lm_commission *c, const lm_axis *a, float motor_rad, float output_rad) {
   return a->output_loop ? output_rad
@@ -13,6 +16,20 @@ static float report(const lm_commission *c, const lm_axis *a, float motor_rad, f
 static int is_parted(commissioning_finding finding) {
   return finding == COMMISSIONING_FOLLOW || finding == COMMISSIONING_STUCK ||
          finding == COMMISSIONING_FEED_SCALE;
+}
+
+/* Once the loop is off, a motor that moves is not held by the brake. */
+static void judge_brake(lm_commission *c, lm_axis *a, float motor_rad) {
+  const float moved_rad = lm_follow_size(motor_rad / c->run.set.ratio - c->stopped_rad);
+  c->stopped_s = a->state == LM_AXIS_OPEN ? c->stopped_s + a->follow.period_s : 0;
+  if (moved_rad > BRAKE_SHARE * c->run.set.follow_bound_rad) {
+    c->out.finding = COMMISSIONING_BRAKE;
+  } else if (c->stopped_s > a->follow.stand_s) {
+    c->out.finding = COMMISSIONING_NO_FAULT;
+    a->commissioned = 1;
+  } else {
+    /* it may still close */
+  }
 }
 
 commissioning_finding lm_commission_start(lm_commission *c, lm_axis *a, lm_drive *d,
@@ -41,6 +58,12 @@ void lm_commission_step(lm_commission *c, lm_axis *a, lm_drive *d, const lm_cond
   commissioning_input in = {
       0, 0, 0, 0, LM_UNKNOWN, LM_UNKNOWN, LM_UNKNOWN, LM_UNKNOWN, LM_CONDITIONS_UNKNOWN};
   int guides;
+  if (c->on && c->stops && !c->out.finding) {
+    d->armed = 0;
+    judge_brake(c, a, motor_rad);
+    c->on = !c->out.finding;
+    return;
+  }
   if (c->on && !c->out.finding && d->ended == LM_AXIS_WAITS_PARTED) {
     commissioning_abort(&c->run);
     c->out.finding = COMMISSIONING_FOLLOW;
@@ -76,7 +99,13 @@ void lm_commission_step(lm_commission *c, lm_axis *a, lm_drive *d, const lm_cond
   }
   c->begun = 1;
   c->out = commissioning_step(&c->run, &in);
-  a->commissioned = c->out.finding == COMMISSIONING_NO_FAULT;
+  a->commissioned = 0;
+  if (c->out.finding == COMMISSIONING_NO_FAULT) { /* once the brake has closed */
+    c->out.finding = COMMISSIONING_RUNNING;
+    c->stops = 1;
+    c->stopped_rad = motor_rad / c->run.set.ratio;
+    d->armed = 0;
+  }
   if (c->out.stop && is_parted(c->out.finding)) {
     lm_drive_part(d, a);
   }

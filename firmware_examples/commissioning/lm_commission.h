@@ -11,6 +11,8 @@ typedef struct lm_commission {
   int on;
   int begun;
   float waited_s;
+  int stops; /* no fault was found: the brake closes */
+  float stopped_rad, stopped_s;
 } lm_commission;
 
 /* With run 0 and the axis open: a run begins with the next closing. Without run 1 within
@@ -23,7 +25,8 @@ commissioning_finding lm_commission_start(lm_commission *c, lm_axis *a, lm_drive
 
 /* In every tick, before lm_axis_tick, with the torque for it in at. motor_rad: encoder of the motor;
  * output_rad: that at the output, or LM_UNKNOWN. After the run, also after a fault, the axis brakes:
- * as run 0 in lm_drive.h, after a following error as a trip. out.finding states the result.
+ * as run 0 in lm_drive.h, after a following error as a trip. out.finding states the result, without
+ * a fault once the motor has stood behind its brake.
  * COMMISSIONING_NO_FAULT sets `commissioned` of the axis, a run that has begun clears it. */
 void lm_commission_step(lm_commission *c, lm_axis *a, lm_drive *d, const lm_conditions *at,
                         float motor_rad, float output_rad);

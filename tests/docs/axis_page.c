@@ -13,7 +13,7 @@
 #define INTEGRAL_S 0.15f
 #define TRUE_ZERO_RAD 0.4f
 #define LAG 0.2f       /* of the position loop, a tick */
-#define FALL_RAD 1e-5f /* a tick, without brake and loop */
+#define FALL_RAD 3e-5f /* a tick, without brake and loop */
 #define OPENS_S 0.06f  /* brake */
 #define CLOSES_S 0.12f
 #define REPORTS_TICKS (KIND == 0 ? 200 : 4) /* after an order */
@@ -487,6 +487,9 @@ static int stop(void) {
 }
 
 static int commission_it(void) {
+#if KIND == 0
+  const float closing_s = d->closing_s;
+#endif
   float before_rad;
   int k;
   int sentences = 0;
@@ -551,6 +554,16 @@ static int commission_it(void) {
   rate_sign = 1;
   if (test.out.finding != COMMISSIONING_PACE) {
     return 33;
+  }
+  run = 0;
+  (void)seconds(2);
+  d->closing_s = 0.01f; /* the loop ends before the brake has closed */
+  (void)commission();
+  run = 1;
+  (void)seconds(60);
+  d->closing_s = closing_s;
+  if (test.out.finding != COMMISSIONING_BRAKE || a->commissioned) {
+    return 34;
   }
   run = 0;
 #endif
