@@ -345,6 +345,11 @@ static int start(void) {
     }
     d->closing_s = closing_s;
   }
+  stored.zero_rad = TRUE_ZERO_RAD;
+  if (home(0, 0) >= 0 || homed || size(stored.zero_rad - TRUE_ZERO_RAD) > 0) {
+    return 35; /* off: the stored zero stays */
+  }
+  stored.zero_rad = 0;
   power_on();
   run = 1;
   if (moved(2) > STILL_RAD || on) {
