@@ -678,9 +678,10 @@ lm_status lm_axis_change(lm_axis *a, const lm_parameters *parameters, lm_fault *
 }
 
 /* Largest change of the lost motion by the declared error of the torque; not declared, it is beyond
- * the limit. */
+ * the limit. The torque of the command without a zero may be any. */
 static float find_wind_up(const lm_axis *a) {
-  const float error_Nm = a->compensator.torque_error_Nm;
+  const int any = a->source == LM_AXIS_COMMAND && !a->homed;
+  const float error_Nm = any ? a->limit_Nm : a->compensator.torque_error_Nm;
   lm_conditions at = a->last;
   lm_memory trial;
   float most_rad = 0;

@@ -263,13 +263,14 @@ lm_status lm_axis_change(lm_axis *a, const lm_parameters *parameters, lm_fault *
  * its position, its target and every sample that an interpolator holds; its velocity stays. A wish
  * on the way from the old to the shifted one pauses the axis, also in motion. motor_rad:
  * latched at the switch. Returns by how much the zero may be wrong, rad: by the unknown history, the
- * torque error, if it was declared, and the residual of the fit. If that is too much, drive a load cycle, after
+ * torque error, if it was declared, and the residual of the fit; the torque of the command by all of
+ * its limit as long as homed is 0. If that is too much, drive a load cycle, after
  * which the history is known (lm_bound_uncertainty), and home again.
  * If gravity was computed with the zero of before, the torque in use is still that: lm_axis_pause
  * shortens its way to the new value. Returns -1 and changes nothing: off, an angle that is not
  * valid, or a zero that was known (homed 1 of lm_axis_gravity) and shifts by more than
  * LM_AXIS_APART_RAD: a unit, a switch, an encoder is wrong. Another zero on purpose: homed 0
- * before. A planner that has not shifted once it rests pauses the axis. */
+ * in the tick before. A planner that has not shifted once it rests pauses the axis. */
 float lm_axis_reference(lm_axis *a, float motor_rad, float angle_rad);
 
 /* The index of an incremental encoder: latched_rad: of the motor there; index_rad: latched_rad /

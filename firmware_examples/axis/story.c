@@ -1012,10 +1012,13 @@ int axis_story(float *most_rad) {
   }
   cycle_load(&j);
   zero_rad = output(&j);
+  moved_rad = lm_axis_reference(&j.drive, j.motor_rad, 1.0f); /* without a zero: any gravity */
+  j.drive.homed = 1;
   error_rad = lm_axis_reference(&j.drive, j.motor_rad, 1.0f);
+  j.drive.homed = 0;
   j.wish_rad = j.drive.command_rad;
   run(&j, 200, LOAD_NM, 0);
-  if (size(error_rad - 3 * joint_parameters.watch.noise_rad) > STILL_RAD ||
+  if (moved_rad < 1e-3f || size(error_rad - 3 * joint_parameters.watch.noise_rad) > STILL_RAD ||
       size(output(&j) - zero_rad) > STILL_RAD) {
     return 7;
   }

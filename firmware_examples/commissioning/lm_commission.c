@@ -70,13 +70,14 @@ void lm_commission_step(lm_commission *c, lm_axis *a, lm_drive *d, const lm_cond
   }
   c->waited_s = d->runs ? 0 : c->waited_s + a->follow.period_s;
   if (a->state < LM_AXIS_PAUSED && (c->out.finding || c->waited_s > LM_DRIVE_ENABLING_S)) {
+    c->out.finding = c->on && !c->out.finding ? COMMISSIONING_ABORTED : c->out.finding;
     c->on = 0;
   }
   if (!c->on) {
     return;
   }
   guides = lm_axis_guide(a, LM_UNKNOWN, 0);
-  if (!guides && c->begun && !c->out.finding) { /* the drive no longer follows */
+  if (!(guides && d->follows) && c->begun && !c->out.finding) {
     commissioning_abort(&c->run);
     c->out.finding = COMMISSIONING_ABORTED;
   }

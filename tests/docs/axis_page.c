@@ -502,8 +502,17 @@ static int commission_it(void) {
   run = 0;
   payload_kg = KIND == 0 ? 1.5f : 1; /* more than friction hides from a current */
   ticks(2);
-  if (commission() != COMMISSIONING_RUNNING || seconds(6) || test.on) {
+  if (commission() != COMMISSIONING_RUNNING || seconds(6) || test.on ||
+      test.out.finding != COMMISSIONING_ABORTED) {
     return 10; /* expired */
+  }
+  (void)commission();
+  run = 1;
+  (void)seconds(8);
+  run = 0; /* in motion */
+  (void)seconds(2);
+  if (test.out.finding != COMMISSIONING_ABORTED) {
+    return 36;
   }
   if (commission() != COMMISSIONING_RUNNING) {
     return 10;

@@ -231,8 +231,9 @@ static int judge_history(const lm_parameters *parameters, lm_axis_source source,
   wait_for(&h, 0.1);
   fine = command(&h, 1) && fine;
   if (source != LM_AXIS_SENSOR) { /* gravity becomes known by the first */
-    (void)lm_axis_reference(&h.axis, (float)(encoder(&h) * turns(&h)),
-                            (float)plant_output(&h.joint));
+    const double bound_rad = (double)lm_axis_reference(&h.axis, (float)(encoder(&h) * turns(&h)),
+                                                       (float)plant_output(&h.joint));
+    fine = fine && (source != LM_AXIS_COMMAND || fabs((double)h.axis.zero_rad) <= bound_rad);
     h.homed = 1;
     (void)lm_axis_pause(&h.axis);
     wait_for(&h, 4);
