@@ -15,8 +15,12 @@ TINY = float(np.finfo(np.float64).tiny)
 FLIPS = 2047
 """Random sign patterns of the permutation test."""
 
-FLIPS_AT_ONCE = 32
-"""Patterns in memory at a time: all of them for tens of thousands of blocks are half a gigabyte."""
+FLIPS_AT_ONCE = 64
+"""Patterns in memory at a time."""
+
+SIGNS_AT_ONCE = 2**20
+"""Signs in memory at a time, 8 MB: fewer patterns of tens of thousands of blocks. Larger arrays
+return their pages to the system after each use, and new pages cost more than the sums."""
 
 SIGNS = np.array([1.0, -1.0])
 
@@ -69,8 +73,9 @@ def random_signs(blocks: int, generator: np.random.Generator) -> Iterator[FloatA
     """Yield sign patterns of blocks, all if the blocks are few; the first is the measured one."""
     few = blocks <= FULL_FLIPS_BLOCKS
     flips = 2 ** (blocks - 1) if few else FLIPS
-    for first in range(0, flips, FLIPS_AT_ONCE):
-        rows = np.arange(first, min(first + FLIPS_AT_ONCE, flips))
+    at_once = min(FLIPS_AT_ONCE, max(1, SIGNS_AT_ONCE // blocks))
+    for first in range(0, flips, at_once):
+        rows = np.arange(first, min(first + at_once, flips))
         if few:
             patterns = (rows[:, None] >> np.arange(blocks)) & 1
         else:
@@ -172,7 +177,7 @@ class Cells:
         self._few = left[:, values > 1e-9 * float(self.root.max())]
 
     def _without_many(self, rows: FloatArray) -> FloatArray:
-        rows = rows.copy()
+        rows = rows.copy(order="K")
         for row in rows:
             row -= (
                 self.root * (np.bincount(self._order, self.root * row) / self._inside)[self._order]
