@@ -460,40 +460,8 @@ static lm_status make_edges(const lm_drive *drive, int nodes, lm_design_workspac
                            fault);
 }
 
-static const lm_gap *flank_of(const lm_clearance *clearance, int forward) {
-  return forward ? &clearance->forward : &clearance->backward;
-}
-
-/* The row of a sample, given with its neighbours. If its gap is the smallest of the three, that at
- * the vertex of their parabola counts as well: otherwise the search would choose teeth that
- * interfere between the samples. */
-static lm_real sample_row(const lm_problem *problem, const tolerance_state *tolerance,
-                          const lm_mesh *mesh, const lm_clearance about[3], int forward) {
-  const lm_real below = flank_of(&about[0], forward)->gap_rad;
-  const lm_real middle = flank_of(&about[1], forward)->gap_rad;
-  const lm_real above = flank_of(&about[2], forward)->gap_rad;
-  const lm_real bend = below - LM_REAL(2) * middle + above;
-  lm_real row = gap_row(problem, tolerance, flank_of(&about[1], forward));
-  if (middle <= below && middle <= above && bend > LM_REAL(0) && real_isfinite(bend)) {
-    const lm_real step = about[2].angle_rad - about[1].angle_rad;
-    const lm_real vertex = about[1].angle_rad + step * (below - above) / (LM_REAL(2) * bend);
-    const lm_clearance least = lm_tooth_clearance(mesh, vertex);
-    row = larger(row, gap_row(problem, tolerance, flank_of(&least, forward)));
-  }
-  return row;
-}
-
-/* The tooth on the other side of the axis. */
-static lm_clearance mirror(const lm_clearance *clearance) {
-  lm_clearance other = *clearance;
-  other.angle_rad = -clearance->angle_rad;
-  other.forward = clearance->backward;
-  other.backward = clearance->forward;
-  return other;
-}
-
 /* The angle varies slowest, then section, then flank; the ends of the overlap are last. The angles
- * that are measured from the axis are first and rise from 0 in equal steps. */
+ * that are measured from the axis are first and rise. */
 static void measure_gaps(const lm_problem *problem, const lm_scan *scan, const lm_drive *drive,
                          const tolerance_state *tolerance, const lm_design_workspace *workspace,
                          lm_real row[]) {
@@ -504,36 +472,26 @@ static void measure_gaps(const lm_problem *problem, const lm_scan *scan, const l
   int i;
   for (section = 0; section < sections; section++) {
     const lm_mesh *mesh = &workspace->face[section];
-    lm_clearance about[3];
-    about[1] = lm_tooth_clearance(mesh, LM_REAL(scan->angle[0].offset_rad));
-    about[2] = lm_tooth_clearance(mesh, LM_REAL(scan->angle[1].offset_rad));
-    about[0] = mirror(&about[2]);
+    lm_clearance before = lm_tooth_clearance(mesh, LM_REAL(0));
     ends[2 * section] = LM_REAL(-LM_GAP_FREE_ARCMIN);
     ends[2 * section + 1] = LM_REAL(-LM_GAP_FREE_ARCMIN);
-    for (i = 0; i + 1 < scan->rising; i++) {
-      const lm_real angle = about[1].angle_rad;
-      int flank;
-      for (flank = 0; flank < 2; flank++) {
-        const int forward = flank == 0;
-        row[2 * (i * sections + section) + flank] =
-            sample_row(problem, tolerance, mesh, about, forward);
-        ends[2 * section + flank] =
-            larger(ends[2 * section + flank],
-                   end_row(problem, tolerance, mesh, flank_of(&about[2], forward),
-                           about[2].angle_rad, flank_of(&about[1], forward), angle, forward));
+    for (i = 0; i < scan->count; i++) {
+      const lm_real angle = LM_REAL(scan->angle[i].offset_rad) +
+                            (scan->angle[i].from_junction ? junction : LM_REAL(0));
+      const lm_clearance clearance = lm_tooth_clearance(mesh, angle);
+      lm_real *pair = row + 2 * (i * sections + section);
+      pair[0] = gap_row(problem, tolerance, &clearance.forward);
+      pair[1] = gap_row(problem, tolerance, &clearance.backward);
+      if (i > 0 && i < scan->rising) {
+        const lm_real last = LM_REAL(scan->angle[i - 1].offset_rad);
+        ends[2 * section] = larger(
+            ends[2 * section],
+            end_row(problem, tolerance, mesh, &clearance.forward, angle, &before.forward, last, 1));
+        ends[2 * section + 1] =
+            larger(ends[2 * section + 1], end_row(problem, tolerance, mesh, &clearance.backward,
+                                                  angle, &before.backward, last, 0));
       }
-      about[0] = about[1];
-      about[1] = about[2];
-      if (i + 2 < scan->rising) {
-        about[2] = lm_tooth_clearance(mesh, LM_REAL(scan->angle[i + 2].offset_rad));
-      }
-    }
-    for (; i < scan->count; i++) {
-      const lm_clearance clearance =
-          lm_tooth_clearance(mesh, LM_REAL(scan->angle[i].offset_rad) +
-                                       (scan->angle[i].from_junction ? junction : LM_REAL(0)));
-      row[2 * (i * sections + section)] = gap_row(problem, tolerance, &clearance.forward);
-      row[2 * (i * sections + section) + 1] = gap_row(problem, tolerance, &clearance.backward);
+      before = clearance;
     }
   }
 }

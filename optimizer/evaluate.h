@@ -38,8 +38,7 @@ typedef struct lm_gapless {
 
 /* Figures and limits of a built drive into result[layout->count], by lm_lay_out.
  *  Figures in their units. Limits are scaled to g <= 0: lengths in modules, stresses in shares of
- *  the limit, gaps in arcmin. A pair without overlap counts -LM_GAP_FREE_ARCMIN. A gap that is
- *  smaller than at both neighbouring angles is that of the minimum between them.
+ *  the limit, gaps in arcmin. A pair without overlap counts -LM_GAP_FREE_ARCMIN.
  * gapless[problem->phases] is the input of lm_measure_tolerances. Errors of the model; then
  * result[] is not complete. */
 lm_status lm_measure_drive(const lm_problem *problem, const lm_scan *scan, const lm_layout *layout,

@@ -176,8 +176,7 @@ typedef struct lm_problem {
 } lm_problem;
 
 /* Where the side clearance is examined: every flank at both edges of the face, at each of these
- * angles, and at its minima between those measured from the axis, which rise from 0 in equal
- * steps. */
+ * angles. */
 #define LM_ANGLE_MAX 96
 #define LM_EDGES 2
 

@@ -24,7 +24,7 @@
 #define ROUNDED_OF_MORE 0.8
 #define CHECK_CHARGE 10   /* of a check: its mesh is four times as fine, and there are two */
 #define REPAIR_SLOPES 480 /* for one start: twice the elastic program, then SLSQP */
-#define START_WIDTH 0.15  /* of a range, by which starts of one combination differ at most */
+#define REPAIR_WIDTH 0.15 /* of a range, by which starts of one combination differ */
 
 const char *lm_fate_name(int fate) {
   static const char *const names[LM_FATE_COUNT] = {"not reached", "pruned", "dominated", "solved"};
@@ -46,16 +46,6 @@ static lm_task *add_settling(lm_search *search, const lm_solution *found, int bu
       task->scalar.weight[j] = 1;
       task->scalar.origin[j] = found->objective[j];
     }
-  }
-  return task;
-}
-
-/* A solver continues from the best design of an objective, for that objective alone. */
-static lm_task *add_end(lm_search *search, const lm_solution *end, int objective, int budget) {
-  lm_task *task = add_settling(search, end, budget);
-  int j;
-  for (j = 0; j < search->problem.objective_count; j++) {
-    task->scalar.weight[j] = j == objective ? 1 : 0;
   }
   return task;
 }
@@ -95,7 +85,7 @@ static void plan_settle(lm_search *search, int wanted, int budget) {
         least = i;
       }
     }
-    (void)add_end(search, &search->archive[least], j, budget);
+    (void)add_settling(search, &search->archive[least], budget);
   }
   for (i = 0; i < search->rounded_count; i++) {
     if (!search->confirmed[i]) {
@@ -137,19 +127,12 @@ static int find_step(const lm_search *search, int passed) {
   return widest;
 }
 
-/* Two objectives: beyond both ends of the verified front, from a start near each, because a solver
- * that stopped at a kink stops there again; and into its widest steps, from both sides, towards the
- * inner corner. The designs of the search have fractional grades and their front is another one,
- * so the solver continues on the front that is delivered. */
+/* Two objectives: into the widest steps of the verified front, from both sides, towards the inner
+ * corner. The designs of the search are optimal for coarse angles and fractional grades, and their
+ * front is another one, so the solver continues on the front that is delivered. */
 static void plan_steps(lm_search *search, int wanted, int budget) {
   int n;
-  for (n = 0; n < 2 && n < wanted && search->verified_count > 0; n++) {
-    const lm_solution *end = &search->verified[n == 0 ? 0 : search->verified_count - 1];
-    lm_task *task = add_end(search, end, n, budget);
-    lm_disturb(search, task, START_WIDTH * lm_draw_number(search, task->id, 3));
-  }
-  search->steps_passed =
-      search->verify_gains > 0 ? 0 : search->steps_passed + (wanted - search->batch_count + 1) / 2;
+  search->steps_passed = search->verify_gains > 0 ? 0 : search->steps_passed + (wanted + 1) / 2;
   for (n = 0; search->batch_count < wanted; n++) {
     const int step = find_step(search, search->steps_passed + n);
     int i;
@@ -262,7 +245,7 @@ static void plan_repair(lm_search *search) {
                                 REPAIR_SLOPES * lm_slope_charge(&search->problem), state->unit);
     state->fate = LM_FATE_SOLVED;
     if (n >= screened) {
-      lm_disturb(search, task, START_WIDTH);
+      lm_disturb(search, task, REPAIR_WIDTH);
     }
   }
 }

@@ -153,8 +153,7 @@ static void keep_fine_limits(lm_task_state *s) {
   solve_exactly(s, unit);
 }
 
-/* The answer at the phases of the search, like the figures of all other designs of the front. A gap
- * that is too small at the search's nodes by the difference of the nodes is opened. */
+/* The answer at the phases of the search, like the figures of all other designs of the front. */
 static void measure_as_searched(lm_task_state *s, const lm_problem *stated, int nodes) {
   double unit[LM_FREE_MAX];
   if (s->problem == stated) {
@@ -164,11 +163,7 @@ static void measure_as_searched(lm_task_state *s, const lm_problem *stated, int 
   s->problem = stated;
   s->scan.nodes = nodes;
   begin_anew(s);
-  if (lm_evaluate_task_point(s, unit, 0) && lm_gap_row_of(&s->layout, s->result) > 0 &&
-      lm_close_gap(s->problem, &s->layout, s->combination, s->result, unit)) {
-    begin_anew(s);
-    (void)lm_evaluate_task_point(s, unit, 0);
-  }
+  (void)lm_evaluate_task_point(s, unit, 0);
 }
 
 /* Fixes the value of the range. */

@@ -156,26 +156,6 @@ TEST(test_closing_the_gap_leaves_the_reserve) {
   ASSERT_NEAR(1e-9, -LM_RESERVE, largest);
 }
 
-/* The smallest gap of these drives is between two angles of the scan: at the angles alone it is
- * 2e-4 arcmin larger, and up to 0.01 in drives that a search found there. The check on the grid of
- * the certificate agrees to the difference of the nodes. */
-TEST(test_the_smallest_gap_between_the_angles_has_a_row) {
-  lm_fault fault;
-  int i;
-  read_reference();
-  for (i = 0; i < 8; i++) {
-    const double unit[LM_FREE_MAX] = {0.3 + 0.05 * i, 0.4 + 0.02 * i, 0.6};
-    lm_smallest_gap smallest;
-    lm_drive drive;
-    TEST_ASSERT_EQUAL_INT(
-        LM_OK, lm_evaluate_point(&problem, &scan, &layout, 0, unit, result, workspace, &fault));
-    TEST_ASSERT_EQUAL_INT(LM_OK, lm_point_drive(&problem, 0, unit, &drive, &fault));
-    TEST_ASSERT_EQUAL_INT(LM_OK, lm_find_face_gap(&drive, LM_CERTAIN_NODES, LM_CERTAIN_STEPS,
-                                                  workspace->design.face, &smallest, &fault));
-    ASSERT_NEAR(2e-5, -in_arcmin(smallest.gap_rad), lm_gap_row_of(&layout, result));
-  }
-}
-
 /* With the ring outside the shift's turn is known within one part in the number of teeth: a small
  * gap remains, whether it was closed or opened. */
 TEST(test_closing_never_takes_too_much) {

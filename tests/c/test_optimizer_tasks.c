@@ -612,10 +612,10 @@ TEST(test_a_settling_without_any_whole_grade_answers_its_task) {
   int start;
   read_with("choose generator.type discs rollers\n", two_objectives, two_grades);
   problem.damaged_share = 0.7;
-  for (start = 0; start < 240; start++) {
+  for (start = 0; start < 60; start++) {
     make_task(LM_TASK_VERIFY, 2400);
     task.combination = 1;
-    task.unit[0] = 0.3 + 0.00125 * start;
+    task.unit[0] = 0.3 + 0.005 * start;
     run();
     check_answer();
     lost += !answer->computed && answer->refused < answer->plain + answer->slopes;
