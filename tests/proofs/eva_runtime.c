@@ -6,13 +6,32 @@
  *                        that the check accepts and inputs of any bits, NaN and infinity included
  *     prove_check        the check on parameters of any content at all, and the blob reader on any
  *                        bytes of any length up to BLOB_BYTES
- *     prove_elementary   sine and kin on any bits, every effect on what the model hands it */
+ *     prove_elementary   sine and kin on any number
+ *     prove_effects      every effect on what the model hands it, sine and kin with any result */
 #include <string.h>
 
 #include "__fc_builtin.h"
 #include "lostmotion/runtime.h"
 
 #define HUGE_NUMBER 3.0e38f
+
+/* For prove_effects: no more than that they return. */
+/*@ assigns \result \from angle_rad; */
+float lm_sine(float angle_rad);
+/*@ assigns \result \from angle_rad; */
+float lm_cosine(float angle_rad);
+/*@ assigns \result \from angle_rad; */
+lm_sine_cosine lm_sine_and_cosine(float angle_rad);
+/*@ assigns \result \from x; */
+float lm_exponential(float x);
+/*@ assigns \result \from x; */
+float lm_logarithm(float x);
+/*@ assigns \result \from x; */
+float lm_hyperbolic_tangent(float x);
+/*@ assigns \result \from x; */
+float lm_relaxation(float x);
+/*@ assigns \result \from x, exponent; */
+float lm_power(float x, float exponent);
 
 static lm_parameters parameters;
 static lm_parameters other;
@@ -77,8 +96,10 @@ static lm_conditions any_conditions(void) {
 #define LEAVE(field, ...)
 #define WITHIN(field, ...) at.field = Frama_C_float_interval(-1e12f, 1e12f);
 
-/* Every effect by itself, values in bounds, conditions as the model hands them on. */
-static void run_effects(void) {
+/* Every effect by itself, values in bounds, conditions as the model hands them on. Sine and kin are
+ * taken as proved for any bits (prove_elementary, esbmc_elementary.c): Eva loses what ties a step of
+ * a lag to its length, and would then keep a NaN in their comparisons. */
+void prove_effects(void) {
   int i;
   for (i = 0; i < LM_EFFECT_COUNT; ++i) {
     const lm_effect *effect = lm_effects[i];
@@ -180,5 +201,4 @@ void prove_elementary(void) {
   run_elementary(Frama_C_float_interval(-HUGE_NUMBER, HUGE_NUMBER));
   run_elementary(1.0f / zero);
   run_elementary(-1.0f / zero);
-  run_effects();
 }
