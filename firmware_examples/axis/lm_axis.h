@@ -194,9 +194,9 @@ float lm_axis_use_command(lm_axis *a, float commanded_Nm);
 float lm_axis_use_sensor(lm_axis *a, float commanded_Nm, float sensed_Nm);
 
 /* motor: its ratio is that of the axis, whatever it states. motor_rad_s: velocity of the motor
- * shaft, from counts; acceleration_rad_s2: of the planner, at the output. follows: of lm_drive. The current is used once the drive has followed, and so borne
- * the load, for the time of LM_AXIS_STAND; until then the torque of the command plus the last
- * difference. In LM_AXIS_CLOSED, while planner and motor rest, a change of the current is friction,
+ * shaft, from counts; acceleration_rad_s2: of the planner, at the output. follows: of lm_drive. The
+ * current is used once the drive has followed, and so borne the load, for the time of
+ * LM_AXIS_STAND; until then the torque of the command plus the last difference. In LM_AXIS_CLOSED, while planner and motor rest, a change of the current is friction,
  * whatever lm_motor states, and changes nothing; a motor that has moved by LM_AXIS_STILL_RAD from
  * the setpoint has to rest for LM_AXIS_STAND again. A current or a velocity that is not finite: as
  * a lost sensor. */
@@ -214,10 +214,11 @@ float lm_axis_gravity(lm_axis *a, float gravity_Nm, int homed);
  * 0. */
 float lm_axis_rate(const lm_axis *a);
 
-/* Torque feed-forward, of the motor: against the load, within torque_limit_Nm at the output. After lm_axis_close
- * it changes with the torque of the command alone: fed forward, a measurement would close a loop
- * that oscillates. What is measured or becomes known is already borne by the integrator, and it
- * creeps there. 0 if the loop was closed for a test, except in its small motion that finds the sign. */
+/* Torque feed-forward, of the motor: against the load, within torque_limit_Nm at the output. After
+ * lm_axis_close it changes with the torque of the command alone: fed forward, a measurement would
+ * close a loop that oscillates. What is measured or becomes known is already borne by the
+ * integrator, and it creeps there. 0 if the loop was closed for a test, except in its small motion
+ * that finds the sign. */
 float lm_axis_feed(const lm_axis *a);
 
 /* Once in every period, in all states; after an overrun not twice; elapsed_s of the first one is
@@ -261,11 +262,11 @@ lm_status lm_axis_change(lm_axis *a, const lm_parameters *parameters, lm_fault *
 /* States that the output is now at angle_rad, at rest or in motion. The planner shifts with
  * command_rad; nothing moves, even if it does so some ticks later: add the change of zero_rad to
  * its position, its target and every sample that an interpolator holds; its velocity stays. A wish
- * on the way from the old to the shifted one pauses the axis, also in motion. motor_rad:
- * latched at the switch. Returns by how much the zero may be wrong, rad: by the unknown history, the
- * torque error, if it was declared, and the residual of the fit; the torque of the command by all of
- * its limit as long as homed is 0. If that is too much, drive a load cycle, after
- * which the history is known (lm_bound_uncertainty), and home again.
+ * on the way from the old to the shifted one pauses the axis, also in motion. motor_rad: latched at
+ * the switch. Returns by how much the zero may be wrong, rad: by the unknown history, by the torque
+ * error, if it was declared (of the command all of its limit, as long as homed is 0), and by the
+ * residual of the fit. If that is too much, drive a load cycle, after which the history is known
+ * (lm_bound_uncertainty), and home again.
  * If gravity was computed with the zero of before, the torque in use is still that: lm_axis_pause
  * shortens its way to the new value. Returns -1 and changes nothing: off, an angle that is not
  * valid, or a zero that was known (homed 1 of lm_axis_gravity) and shifts by more than

@@ -46,9 +46,8 @@ typedef struct lm_drive {
   int armed;    /* run has been 0 since the power-up, a trip, an expired command */
   int operated; /* enabled, without a fault */
   int runs;     /* the axis shall be closed */
-  lm_axis_wait
-      ended;  /* why the last command has ended, until the next one; LM_AXIS_READY: by run 0 or
-                         the drive */
+  /* Why the last command has ended, until the next one; LM_AXIS_READY: by run 0 or the drive. */
+  lm_axis_wait ended;
   int ending; /* disabled, and has not left its operation yet */
   float enabling_s;
   float released_s;
@@ -56,9 +55,8 @@ typedef struct lm_drive {
 } lm_drive;
 
 /* run: command of the operator. 1: the axis is closed once everything stands; after a power-up, a
- * trip, or a command that was refused (not commissioned) or has waited for LM_DRIVE_ENABLING_S, only
- * after run has been 0. A motor that
- * the drive does not hold at the setpoint (LM_AXIS_APART_RAD), or whose angle does not change while
+ * trip, or a command that was refused (not commissioned) or has waited for LM_DRIVE_ENABLING_S,
+ * only after run has been 0. A motor that the drive does not hold at the setpoint (LM_AXIS_APART_RAD), or whose angle does not change while
  * the setpoint does, is a trip: `enable` and `release` 0 at once. 0: once
  * the planner rests (own_stop: at once) the setpoint stays, the brake is closed, the drive
  * disabled. In another mode the setpoint follows the motor; back from it, the motor is held where

@@ -44,9 +44,8 @@
 #define RUSH_SHARE 0.5f
 #define RUSH_AFTER_S 0.5f /* after that any position loop has followed */
 #define RUSH_MOST_S 1.0f  /* for a fifth of the correction: slower, it lags behind any motion */
-#define FRICTION_MOST \
-  1.5f /* of the stated one: 1 with half of it; wrong sign: that and the true one */
-#define PACE_SHARE 0.25f
+#define FRICTION_MOST 1.5f  /* of the stated one: with the wrong sign the true one adds to it */
+#define PACE_SHARE 0.25f    /* of the bound: without the velocity the motor may lag by all of it */
 #define FEED_LEAST 0.1f     /* of the error of the loop: less may be that of friction */
 #define FEED_MOST 2.0f      /* beyond it the error is larger than without */
 #define SEEN_FRICTIONS 2.0f /* of the motor: less cannot be separated from it in the current */
@@ -460,9 +459,8 @@ static commissioning_finding judge_current(commissioning *run) {
   if (!within(turned, VELOCITY_LEAST, VELOCITY_MOST)) {
     return COMMISSIONING_VELOCITY;
   }
-  run->found = friction_Nm / run->set.friction_Nm;
-  return run->set.friction_Nm > 0 && run->found > FRICTION_MOST ? COMMISSIONING_FRICTION
-                                                                : COMMISSIONING_RUNNING;
+  run->found = run->set.friction_Nm > 0 ? friction_Nm / run->set.friction_Nm : 0;
+  return run->found > FRICTION_MOST ? COMMISSIONING_FRICTION : COMMISSIONING_RUNNING;
 }
 
 static void judge_travel(commissioning *run) {
@@ -967,14 +965,12 @@ const char *commissioning_sentence(commissioning_finding finding) {
       "The torque that is fed forward moves the motor too far: check unit, ratio, scale and "
       "sign of this input of the loop or drive (torque of the motor or of the output).",
       "The velocity for the torque from the current is not that of the motor: check its sign and "
-      "unit "
-      "(rad/s of the motor shaft).",
+      "unit (rad/s of the motor shaft).",
       "The torque from the current differs between the directions of motion by more than the "
-      "stated "
-      "friction: check the sign of the current and of its constant, and friction and efficiency.",
+      "stated friction: check the sign of the current and of its constant, and friction and "
+      "efficiency.",
       "The velocity that is fed forward makes the motor follow worse: check its sign and unit "
-      "(rad/s of "
-      "the motor).",
+      "(rad/s of the motor).",
       "The motor moved when the loop was switched off: the brake does not hold the load, had not "
       "closed yet (closing time), or is not commanded by `release`.",
   };

@@ -682,7 +682,7 @@ TEST(test_the_program_searches) {
  * The output is read while the program runs, because it would wait for a reader. */
 TEST(test_a_terminal_is_shown_a_bar) {
 #if defined(_WIN32)
-  TEST_IGNORE_MESSAGE("a terminal of Windows cannot be read by a test");
+  TEST_IGNORE_MESSAGE("the test reads a pseudo terminal of POSIX, which Windows does not have");
 #else
   char words[512];
   char shown[65536] = "";

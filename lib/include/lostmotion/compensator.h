@@ -238,13 +238,12 @@ lm_real lm_bound_uncertainty(lm_compensator *compensator);
 
 /* Changes the parameters without a step in the correction, which moves to the new target within the
  * limits. Operators keep their state as far as the new bands allow. If any band or an effect of the
- * kinds torque and width has changed, the history is unknown again (LM_STATE_MEMORY_UNKNOWN), each operator anywhere in its new band. The
- * limits of the new parameters are the headroom until it is set again. The old parameters are read
- * once more, so the new ones need a separate struct; after the call the old one is free. Slow, like
- * lm_check_parameters. Errors: LM_NULL (also where the instance is not started); those of
- * lm_check_parameters; LM_INCONSISTENT
- * ("period_s": the period of a running loop cannot change; start again). On an error nothing has
- * changed. */
+ * kinds torque and width has changed, the history is unknown again (LM_STATE_MEMORY_UNKNOWN), each
+ * operator anywhere in its new band. The limits of the new parameters are the headroom until it is
+ * set again. The old parameters are read once more, so the new ones need a separate struct; after
+ * the call the old one is free. Slow, like lm_check_parameters. Errors: LM_NULL (also where the
+ * instance is not started); those of lm_check_parameters; LM_INCONSISTENT ("period_s": the period
+ * of a running loop cannot change; start again). On an error nothing has changed. */
 lm_status lm_change_parameters(lm_compensator *compensator, const lm_parameters *parameters,
                                lm_fault *fault);
 
