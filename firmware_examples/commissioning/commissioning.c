@@ -42,8 +42,8 @@
 #define PATH_MOST 1.5f
 #define LOOP_GAIN 0.7f /* of the loop through the torque; it rings at 1 */
 #define RUSH_SHARE 0.5f
-#define RUSH_AFTER_S 0.5f /* after that any position loop has followed */
-#define RUSH_MOST_S 1.0f  /* for a fifth of the correction: slower, it lags behind any motion */
+#define RUSH_AFTER_S 0.5f   /* after that any position loop has followed */
+#define RUSH_MOST_S 1.0f    /* for a fifth of the correction: slower, it lags behind any motion */
 #define FRICTION_MOST 1.5f  /* of the stated one: with the wrong sign the true one adds to it */
 #define PACE_SHARE 0.25f    /* of the bound: without the velocity the motor may lag by all of it */
 #define FEED_LEAST 0.1f     /* of the error of the loop: less may be that of friction */
