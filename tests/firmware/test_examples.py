@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import os
 import re
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +27,7 @@ from measure import (
     RV32F,
     TARGETS,
     Target,
+    compile_objects,
     emulate,
 )
 from needs import need
@@ -61,18 +64,33 @@ CORE = [file for file in LIBRARY if "effects" not in (file.parent.name, file.ste
 """The library without effects, which the build for a standard controller does not call."""
 
 
+COMPILED = tempfile.TemporaryDirectory()
+BUILT = ("-O2", "-DLM_EFFECT_CARDS=0")
+
+
+@functools.cache
+def objects_of(target: Target, library: tuple[Path, ...], sizes: tuple[str, ...]) -> list[Path]:
+    """Compile the library once for all examples of a target that have it in the same sizes."""
+    folder = Path(tempfile.mkdtemp(dir=COMPILED.name))
+    return compile_objects(target, [*library], [*BUILT, *sizes], folder)
+
+
 def build(
     target: Target,
     sources: list[Path],
     program: Path,
     options: tuple[str, ...] = (),
+    sizes: tuple[str, ...] = (),
     library: list[Path] = CORE,
 ) -> Path:
-    """Compile an example with the library for a target."""
-    command = [target.compiler, *target.flags, *options, *FLAGS, "-O2", f"-I{EXAMPLES / 'joint'}"]
-    command += [f"-I{EXAMPLES / 'log'}", f"-I{EXAMPLES / 'axis'}"]
-    command += ["-DLM_EFFECT_CARDS=0", *map(str, sources), str(TARGETS / target.start)]
-    command += [str(TARGETS / "print.c"), *map(str, library), *target.link]
+    """Compile an example and link it with the library for a target.
+
+    The library has the same `sizes` as the example; the other options are the example's alone.
+    """
+    command = [target.compiler, *target.flags, *options, *FLAGS, *BUILT, *sizes]
+    command += [f"-I{EXAMPLES / name}" for name in ("joint", "log", "axis")]
+    command += [*map(str, sources), str(TARGETS / target.start), str(TARGETS / "print.c")]
+    command += [*map(str, objects_of(target, (*library,), sizes)), *target.link]
     command += ["-Wl,--gc-sections", "-o", str(program)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
@@ -297,7 +315,7 @@ def test_replay_gives_the_bits_of_the_target(
     tmp_path: Path, replayed: tuple[Path, str], target: Target
 ) -> None:
     folder, expected = replayed
-    options = (f"-I{folder}", *EFFECTS)
-    library = [folder / "lostmotion.c"]
-    program = build(need(target), [HERE / "replay_log.c"], tmp_path / "replay", options, library)
+    own, library = (f"-I{folder}",), [folder / "lostmotion.c"]
+    sources = [HERE / "replay_log.c"]
+    program = build(need(target), sources, tmp_path / "replay", own, EFFECTS, library)
     assert output_of(target, program) == (0, f"{expected}{os.linesep}")

@@ -41,7 +41,7 @@ closing_Nm = 3
 "ripple.closing_Nm" = 3
 """
 TICKS = 1500
-OPTIONS = ("-DLM_EFFECTS_MAX=8", "-DLM_EFFECT_MEMORY_MAX=8")
+SIZES = ("-DLM_EFFECTS_MAX=8", "-DLM_EFFECT_MEMORY_MAX=8")
 
 
 @pytest.fixture(scope="module")
@@ -69,8 +69,8 @@ def exported(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def crc(target: Target, folder: Path, program: Path) -> str:
     """Checksum of all result bits as printed by the program."""
     sources = [HERE / "replay_log.c", folder / "ripple.c"]
-    options = (f"-I{folder}", *OPTIONS)
-    code, text = output_of(target, build(target, sources, program, options, LIBRARY))
+    build(target, sources, program, (f"-I{folder}",), SIZES, LIBRARY)
+    code, text = output_of(target, program)
     assert code == 0, text
     return text
 
