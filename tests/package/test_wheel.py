@@ -249,7 +249,8 @@ def test_the_wheel_runs_on_another_python(built: Built, tmp_path: Path) -> None:
     venv = tmp_path / "venv"
     run(pythons[0] if pythons else sys.executable, "-m", "venv", venv)
     pip(
-        "install", "--only-binary", ":all:", f"lostmotion[workbench] @ {wheel.as_uri()}",
+        "install", "--no-compile", "--only-binary", ":all:",
+        f"lostmotion[workbench] @ {wheel.as_uri()}",
         python=venv / "bin" / "python",
     )  # fmt: skip
     drive = ROOT / "tests" / "data" / "drives" / "reference_a.toml"
