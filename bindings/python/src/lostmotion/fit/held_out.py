@@ -102,13 +102,18 @@ class LeftOut:
         held = np.zeros(self.free.size, dtype=np.bool_)
         held[np.concatenate([self.own[i] for i in group])] = True
         kept = np.flatnonzero(~held[self.free])
-        normal = self.whole - self.gram[group].sum(axis=0)
-        return kept, normal[np.ix_(kept, kept)]
+        normal = self.whole - self.sum_of(self.gram, group)
+        return kept, normal if kept.size == self.norm.size else normal[np.ix_(kept, kept)]
+
+    @staticmethod
+    def sum_of(parts: FloatArray, group: Sequence[int]) -> FloatArray:
+        """Sum over the pieces of a group; that of one piece is not copied."""
+        return parts[group[0]] if len(group) == 1 else np.asarray(parts[group].sum(axis=0))
 
     def determined_without(self, group: Sequence[int]) -> BoolArray:
         """Whether the pieces outside a group determine each unknown; a sudden event is in one."""
         seen, every = self.seen
-        return np.asarray(every - seen[group].sum(axis=0) > RIDGE * every)
+        return np.asarray(every - self.sum_of(seen, group) > RIDGE * every)
 
     @cached_property
     def seen(self) -> tuple[FloatArray, FloatArray]:
@@ -123,7 +128,7 @@ class LeftOut:
         kept, normal = self.normal_without(group)
         least, most = self.least[kept], self.most[kept]
         step = np.zeros(self.norm.size)
-        right = -self.slope[group].sum(axis=0)[kept]
+        right = -self.sum_of(self.slope, group)[kept]
         # A fit that has not quite converged leaves a slope for what these pieces alone determine.
         right[~self.determined_without(group)[kept]] = 0.0
         step[kept] = np.clip(solve_within(normal, right, least, most), least, most)

@@ -183,24 +183,28 @@ def solve_within(
     floor = LEAST_DIAGONAL * max(float(diagonal.max()), 1e-300)
     scale = 1.0 / np.sqrt(np.maximum(diagonal, floor))
     scaled = normal * np.outer(scale, scale)
-    scaled[np.diag_indices_from(scaled)] += damping
-    # Rounding can make the matrix slightly indefinite: damping is added until it can be factored.
-    extra = 1e-14
-    while True:
-        firm = scaled + extra * np.eye(scaled.shape[0])
-        try:
-            np.linalg.cholesky(firm)
-            break
-        except np.linalg.LinAlgError:
-            extra *= 10.0
-
+    scaled.flat[:: right.size + 1] += damping
     least, greatest, drawn = low, high, right * scale
     low, high = low / scale, high / scale
+    x = np.clip(0.0, low, high)
+    side = np.where((x <= low) & (drawn < 0), -1, np.where((x >= high) & (drawn > 0), 1, 0))
     weight, most = np.zeros(right.size), np.inf
     if limit is not None:
         weight[limit.places], most = scale[limit.places], limit.most
-    x = np.clip(0.0, low, high)
-    side = np.where((x <= low) & (drawn < 0), -1, np.where((x >= high) & (drawn > 0), 1, 0))
+    # Rounding can make the matrix slightly indefinite: damping is added until it can be factored.
+    extra = 1e-14
+    while True:
+        firm = scaled.copy()
+        firm.flat[:: right.size + 1] += extra
+        _, moves, indefinite = dposv(firm, np.column_stack((drawn - firm @ x, weight)))
+        if not indefinite:
+            break
+        extra *= 10.0
+    if limit is None and not side.any():
+        step = moves[:, 0]
+        if np.all(share_within(x, step, low, high) >= 1.0):  # no bound becomes active
+            return np.asarray(np.clip((x + step) * scale, least, greatest), dtype=np.float64)
+
     limited = False
     for _ in range(CHANGES_MOST * right.size):
         free, multiplier, step = np.flatnonzero(side == 0), 0.0, np.zeros_like(x)
@@ -212,10 +216,7 @@ def solve_within(
             if limited and fall > 0.0:
                 multiplier = float(weight @ (x + step) - most) / fall
                 step[free] -= multiplier * moves[:, 1]
-        bound = np.where(step < 0, low, high)
-        share = np.full(x.size, np.inf)
-        with np.errstate(over="ignore"):  # a vanishing step reaches no bound
-            np.divide(bound - x, step, out=share, where=step != 0)
+        share = share_within(x, step, low, high)
         first, grows = int(np.argmin(share)), float(weight @ step)
         room = np.inf
         if grows > 0.0 and not limited:
@@ -224,7 +225,8 @@ def solve_within(
         if room < min(share[first], 1.0):
             limited = True
         elif share[first] < 1.0:
-            side[first], x[first] = np.sign(step[first]), bound[first]
+            side[first] = np.sign(step[first])
+            x[first] = low[first] if step[first] < 0 else high[first]
         elif multiplier < 0.0:
             limited = False
         else:
@@ -234,3 +236,11 @@ def solve_within(
                 break
             side[first] = 0
     return np.asarray(np.clip(x * scale, least, greatest), dtype=np.float64)
+
+
+def share_within(x: FloatArray, step: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    """Share of a step after which each unknown reaches its bound."""
+    share = np.full(x.size, np.inf)
+    with np.errstate(over="ignore"):  # a vanishing step reaches no bound
+        np.divide(np.where(step < 0, low, high) - x, step, out=share, where=step != 0)
+    return share

@@ -202,11 +202,11 @@ def markers(values: FloatArray, absolute: bool = False) -> BoolArray:
     alone = np.zeros(values.size, dtype=bool)
     alone[1:-1] = (values[1:-1] - values[:-2]) * (values[2:] - values[1:-1]) < 0
     levels, counts = np.unique(values[alone], return_counts=True)
-    for level in levels[np.argsort(-counts, kind="stable")][:MARKERS_TRIED]:
+    levels = levels[np.argsort(-counts, kind="stable")][:MARKERS_TRIED]
+    number = np.count_nonzero(values == levels[:, None], axis=1)
+    for level in levels[(number >= MARKERS_LEAST) & (number <= MARKED_SHARE * values.size)]:
         same = values == level
         rows, rest = np.flatnonzero(same), np.flatnonzero(~same)
-        if not MARKERS_LEAST <= rows.size <= MARKED_SHARE * values.size:
-            continue
         stretch = np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1)
         if len(stretch) < MARKERS_LEAST or max(map(len, stretch)) > BURST:
             continue

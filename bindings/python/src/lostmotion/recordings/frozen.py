@@ -132,6 +132,8 @@ def frozen(
     step = np.diff(values)
     edges = np.concatenate(([0], np.flatnonzero(step != 0) + 1, [values.size]))
     lengths = np.diff(edges)
+    if not np.any(lengths >= FROZEN_LEAST):
+        return marked
     low, high = np.quantile(other, RANGE)
     extent = float(high - low)
     swing = OTHER_SWING * extent if swing is None else swing
