@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 from small_campaigns import RATED_NM, RATIO, answer_of, campaign, gap
 
+from lostmotion.candidates.candidate import LOAD_NEEDS
 from lostmotion.candidates.named import tangent
 from lostmotion.discover import diagnose
 from lostmotion.discover.conclusion import HYSTERESIS_FORM
 from lostmotion.discover.form_variance import confounded_effects, largest_model
+from lostmotion.discover.linearise import columns_of
 from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.library import library
 from lostmotion.evidence.gram import gather
@@ -66,6 +68,42 @@ def test_creep_is_a_form_of_hysteresis_where_all_runs_have_one_rate(slower, conf
     effects = [library()[name] for name in ("creep", "thermal_gap")]
     candidates = [tangent(effect, base, base.at(), RATIO) for effect in effects]
     assert confounded_effects(largest_model(base, candidates), candidates) == confounded
+
+
+def test_no_form_of_hysteresis_is_even_in_the_torque():
+    c = Conditions(campaign(5, runs=6, rows=250))
+    even = {name for name, effect in library().items() if not effect.turns_with_torque(c)}
+    alone = {name for name, effect in library().items() if effect.needs <= LOAD_NEEDS}
+    assert even & alone == {"asymmetric_stiffness", "torque_offset"}
+    # As many runs of each path as two: along it the form error follows any function.
+    base = BaselineModel(c, RATED_NM)
+    base.fit()
+    one = tangent(library()["asymmetric_stiffness"], base, base.at(), RATIO)
+    largest = largest_model(base, [one])
+    assert largest.beyond_last(0, np.ones(1)) < 0.03
+    assert confounded_effects(largest, [one]) == set()
+    one.odd = True
+    assert confounded_effects(largest, [one]) == {"asymmetric_stiffness"}
+
+
+def test_what_only_the_form_error_follows_is_what_least_squares_say():
+    base = BaselineModel(Conditions(campaign(4, runs=9, rows=250, add=opening_gap)), RATED_NM)
+    base.fit()
+    names = ("thermal_gap", "creep", "wear")
+    effects = [tangent(library()[name], base, base.at(), RATIO) for name in names]
+    largest = largest_model(base, effects)
+    fixed, _, scatter, _ = columns_of(base, base.at(), form=False)
+    known = [fixed, scatter[:, :3], effects[0].columns, effects[2].columns]
+    left = []
+    for columns in (known, [*known, base.form_basis.columns]):
+        within = np.column_stack(columns)
+        base.conditions.centre(within)
+        within /= np.maximum(np.linalg.norm(within, axis=0), 1e-9)
+        residual = base.residual()
+        step = np.linalg.lstsq(within, residual, rcond=1e-7)[0]
+        left.append(np.mean((residual - within @ step) ** 2))
+    assert left[0] - left[1] > 0.1
+    assert largest.followed_by_last([0, 2]) == pytest.approx(left[0] - left[1], rel=0.02)
 
 
 def test_what_runs_of_one_load_share_is_no_effect_and_no_scatter():

@@ -100,11 +100,10 @@ Chosen: each explains three quarters of the sum of squares of the other.
 """
 
 FORM_EXPLAINS = 0.5
-"""Share of the error above the measurement noise that another form of the hysteresis must explain
-to be selected: less may be a missing effect that the operators imitate.
+"""Share of what a form error can explain that another form of the hysteresis must explain to be
+selected: less may be a missing effect that the operators imitate.
 
-Chosen: half, on even seeds of tests/rig/laboratory.py and a few of the older rig; not judged on
-others.
+Chosen: half, on even seeds of tests/rig/laboratory.py and a few of the older rig.
 """
 
 HARM_MOST = 0.05

@@ -42,6 +42,8 @@ class Candidate:
         One of `KINDS`. Every effect, and every other kind, has the same share of the test level.
     formula : str
         A shape as ``fit --add`` takes it, where it can be written.
+    odd : bool
+        Whether it changes its sign with the torque, see `Effect.turns_with_torque`.
     of_form : bool
         Whether it is confounded with the form error: with this plan it is a function of the torque
         and its history, as creep is if all runs have the same loading rate.
@@ -60,6 +62,7 @@ class Candidate:
     also: list[tuple[str, str]] = field(default_factory=list)
     kind: str = "shape"
     formula: str = ""
+    odd: bool = True
     of_form: bool = False
 
     def __post_init__(self) -> None:
@@ -73,3 +76,8 @@ class Candidate:
         if self.effect is not None:
             return self.effect.needs <= LOAD_NEEDS
         return self.covariate in LOAD_CHANNELS
+
+    @property
+    def may_be_form(self) -> bool:
+        """Whether another form of the hysteresis may cause the same."""
+        return self.hangs_on_load_alone and self.odd

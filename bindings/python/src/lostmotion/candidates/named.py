@@ -29,7 +29,13 @@ def tangent(effect: Effect, base: BaselineModel, point: Point, ratio: float) -> 
     rows = base.conditions.rows
     matrix = side_by_side(*made.columns) if made.columns else np.zeros((rows, 0))
     return Candidate(
-        effect.name, True, matrix, effect=effect, starts=made.starts, start_of=made.start_of
+        effect.name,
+        True,
+        matrix,
+        effect=effect,
+        starts=made.starts,
+        start_of=made.start_of,
+        odd=effect.turns_with_torque(base.conditions),
     )
 
 

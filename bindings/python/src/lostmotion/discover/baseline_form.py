@@ -10,14 +10,14 @@ than operators of constant width in parallel with the spring is selected if
 
 - these pieces confirm it (`gates.runs_separate`, of their errors under fits to the others): with
 fewer than `sign_flips.runs_least` pieces no form is tried;
-- it explains at least `rules.FORM_EXPLAINS` of the residual above the measurement noise. A form
-that explains less may imitate a missing effect and is left to the contest;
+- it explains at least `rules.FORM_EXPLAINS` of what a form error can, beside all effects that no
+form can imitate. A form that explains less may imitate a missing effect and is left to the contest;
 - no hysteresis effect of the library does as well in addition to constant width; few runs do not
 identify such an effect.
 
 Of these forms, the one with the fewest values is selected that no other beats by
-`rules.SIZE_LEAST` of the noise. A missing effect hides how much of the residual is due to the form:
-the form is chosen again with the effects found in the model (`form_beside`). `diagnose` keeps
+`rules.SIZE_LEAST` of the noise. Effects that may be missing hide which form is better: the form is
+chosen again with the effects found in the model (`form_beside`). `diagnose` keeps
 constant width with few runs: they name no effect, and their evidence is merged in one form.
 """
 
@@ -34,9 +34,9 @@ from lostmotion.candidates import shapes
 from lostmotion.candidates.candidate import LOAD_NEEDS
 from lostmotion.candidates.named import tangent
 from lostmotion.discover.contest_round import make_candidates
+from lostmotion.discover.form_variance import largest_model
 from lostmotion.discover.gates import is_of_form, runs_separate
 from lostmotion.discover.linearise import Settled, noise_rms
-from lostmotion.discover.measurement_noise import estimate_noise
 from lostmotion.discover.refits import without_deviations
 from lostmotion.discover.terms import beyond_form
 from lostmotion.effects.conditions import Conditions
@@ -193,16 +193,17 @@ def choose_form(
     confirmed = [name for name in others if name in found and better(found[name], plain)]
     if not confirmed:
         return ChosenForm(base, given, found)
-    noise = 0.0
+    noise, explainable = 0.0, plain.mean_square
     if rows is None:  # runs that are only predicted must not influence the choice
-        richest = found[max(found, key=FORMS.index)].base
-        columns, _ = make_candidates(richest, effects, ratio, shapes.waves(richest))
-        noise = noise_rms(estimate_noise(richest, [c.columns for c in columns]), richest) ** 2
-    excess = plain.mean_square - noise
+        candidates, _ = make_candidates(base, effects, ratio, shapes.waves(base))
+        largest = largest_model(base, candidates)
+        noise = noise_rms(largest.noise(), base) ** 2
+        apart = [n for n, one in enumerate(candidates) if not one.may_be_form]
+        explainable = largest.followed_by_last(apart)
     large = [
         name
         for name in confirmed
-        if plain.mean_square - found[name].mean_square >= rules.FORM_EXPLAINS * excess
+        if plain.mean_square - found[name].mean_square >= rules.FORM_EXPLAINS * explainable
     ]
     if rival is not None:
         large = [name for name in large if not better(rival, found[name])]
@@ -285,9 +286,9 @@ def in_form_of(base: BaselineModel, found: BaselineModel) -> BaselineModel:
 def may_imitate_form(found: BaselineModel, term: Term) -> bool:
     """Whether an effect of a model does with this plan what another form of hysteresis may do."""
     needs = term.effect.needs
-    if needs <= {"torque_Nm"}:
-        return True
-    return needs <= LOAD_NEEDS and is_of_form(beyond_form(found, term))
+    if not (needs <= LOAD_NEEDS and term.effect.turns_with_torque(found.conditions)):
+        return False
+    return needs <= {"torque_Nm"} or is_of_form(beyond_form(found, term))
 
 
 def better_than_forms(with_effect: Settled) -> bool:

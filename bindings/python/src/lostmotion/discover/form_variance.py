@@ -51,6 +51,7 @@ def confounded_effects(largest: LargestModel, candidates: Sequence[Candidate]) -
         candidate.name
         for number, candidate in enumerate(candidates)
         if candidate.named
+        and candidate.odd
         and all(
             is_of_form(largest.beyond_last(number, unit))
             for unit in np.eye(candidate.columns.shape[1])
@@ -78,7 +79,7 @@ def mark_of_form(largest: LargestModel, current: RecordedRound, results: Sequenc
         coefficients[np.isin(blocks[result.name], blocks[result.block])] = current.unscaled(result)
         share = largest.beyond_last(number, coefficients)
         candidate = current.candidates[result.name]
-        candidate.of_form = is_of_form(share, candidate.named)
+        candidate.of_form = candidate.odd and is_of_form(share, candidate.named)
 
 
 def with_form_error(

@@ -43,6 +43,8 @@ class LargestModel:
         Gram matrix of the columns, centred by run and of unit length.
     norm : ndarray
         Length of the columns.
+    along : ndarray
+        Product of the columns with the residual of the baseline model, arc seconds.
     places : list of slice
         Columns of the baseline model, and of each block.
     """
@@ -51,6 +53,7 @@ class LargestModel:
     residual: FloatArray | None
     normal: FloatArray
     norm: FloatArray
+    along: FloatArray
     places: list[slice]
 
     @classmethod
@@ -80,9 +83,10 @@ class LargestModel:
         norm[norm == 0] = 1.0
         normal = square / np.outer(norm, norm)
         normal[np.diag_indices_from(normal)] += CALM_RIDGE
+        along /= norm
         if not wanted:
-            return cls(base, None, normal, norm, places)
-        step = np.linalg.solve(normal, along / norm) / norm
+            return cls(base, None, normal, norm, along, places)
+        step = np.linalg.solve(normal, along) / norm
         rest = base.conditions.centred(residual)
 
         # A column that is constant in every run has only rounding left: its step is huge.
@@ -91,7 +95,7 @@ class LargestModel:
 
         for _ in over_pieces(base.conditions, parts, subtract):
             pass
-        return cls(base, rest, normal, norm, places)
+        return cls(base, rest, normal, norm, along, places)
 
     def noise(self) -> Noise:
         """Noise model of the residual."""
@@ -114,6 +118,21 @@ class LargestModel:
         cross = self.normal[known]
         inner = self.normal[np.ix_(known, known)]
         return np.asarray(self.normal - cross.T @ np.linalg.solve(inner, cross))
+
+    def followed_by_last(self, beside: Sequence[int]) -> float:
+        """Mean square of the residual that only the last block follows, arc seconds squared.
+
+        Parameters
+        ----------
+        beside : sequence of int
+            Numbers of the blocks that are in the model, in addition to the baseline.
+        """
+        known = np.r_[tuple(self.places[k] for k in (0, *(1 + number for number in beside)))]
+        last = np.r_[self.places[-1]]
+        cross = np.linalg.solve(self.normal[np.ix_(known, known)], self.normal[np.ix_(known, last)])
+        own = self.normal[np.ix_(last, last)] - self.normal[np.ix_(last, known)] @ cross
+        rest = self.along[last] - cross.T @ self.along[known]
+        return float(rest @ np.linalg.solve(own, rest)) / self.base.conditions.rows
 
     def width(self, block: int) -> int:
         """Number of columns of a block before the last; 0 if there is none of this number."""

@@ -207,11 +207,9 @@ class RecordedModel(GrowingModel):
 
         The columns of a candidate may become confounded with the form error by the refit.
         """
-        effect, named = found.candidate.effect, found.candidate.named
-        if self.now.base.form_error is None or not found.candidate.hangs_on_load_alone:
+        named = found.candidate.named
+        if self.now.base.form_error is None or not found.candidate.may_be_form:
             return False
-        if effect is not None and shifts_load(effect):
-            return False  # every form of the hysteresis is odd in the torque
         base = model_of(found)
         added = (base.terms if named else base.additives)[-1]
         return is_of_form(beyond_form(base, added), named)
@@ -347,11 +345,10 @@ class RecordedModel(GrowingModel):
         base = self.now.base.copy()
         base.form_error = None
         formless = settle(base, self.noise)
-        of_form = {name for name, candidate in current.candidates.items() if candidate.of_form}
         effects = {
-            name: effect
-            for name, effect in self.effects.items()
-            if effect.needs <= LOAD_NEEDS or name in of_form
+            name: self.effects[name]
+            for name, candidate in current.candidates.items()
+            if candidate.named and (candidate.may_be_form or candidate.of_form)
         }
         alone, closed = named_candidates(effects, formless.base, formless.base.at(), self.ratio)
         self.formless = make_round(formless, alone, closed)

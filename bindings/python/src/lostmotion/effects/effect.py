@@ -243,6 +243,16 @@ class Effect:
             out[at] = self.function(values, run, memory)
         return out
 
+    def turns_with_torque(self, conditions: Conditions) -> bool:
+        """Whether the lost motion that it causes changes its sign with the torque.
+
+        That of every hysteresis does which is the same in both directions: its width does not.
+        """
+        torque = conditions.torque
+        there, back = (self.run(self.typical, conditions, t, t) for t in (torque, -torque))
+        rest = there - back if self.kind == "width" else there + back
+        return bool(np.max(np.abs(rest)) <= ROUNDING * np.max(np.abs(there)))
+
     @property
     def typical(self) -> FloatArray:
         """Typical values."""
@@ -269,6 +279,9 @@ class Effect:
         linear = [i for i, v in enumerate(self.values) if v.role == "linear" or v.scales]
         return linear or self.inner()
 
+
+ROUNDING = 1e-6
+"""Relative rounding of a function that may compute in single precision."""
 
 SAID = ("scale", "starts", "sign", "between_runs", "scales", "words")
 """Remarks of a card on a value."""
