@@ -13,9 +13,9 @@ from itertools import count
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from lostmotion import rules
+from lostmotion.arrays import FloatArray
 from lostmotion.discover.answer import not_fitted
 from lostmotion.discover.baseline_fit import fit_baseline, form_beside_effects
 from lostmotion.discover.ladder import make_rungs, told
@@ -48,8 +48,6 @@ from lostmotion.results import figures
 from lostmotion.rms import rms_of
 from lostmotion.threads import one_thread
 from lostmotion.torsion_curve import TorsionCurve
-
-FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
 from lostmotion import rules
+from lostmotion.arrays import FloatArray
 from lostmotion.evidence.contest import Contest
 from lostmotion.evidence.gram import gather
 from lostmotion.evidence.noise import Noise
@@ -22,8 +22,6 @@ from lostmotion.fit.deviations import DEVIATION_MAX, DEVIATIONS
 from lostmotion.fit.least_squares import moved_within, solve_within
 from lostmotion.fit.point import Point
 from lostmotion.rms import rms_of
-
-FloatArray = npt.NDArray[np.float64]
 
 COMMON = 2
 """Columns in addition to those of the baseline model: the part of half widths and offsets that is

@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
 from lostmotion import rules
+from lostmotion.arrays import FloatArray
 from lostmotion.candidates import shapes
 from lostmotion.candidates.between_runs import between_runs
 from lostmotion.candidates.candidate import LOAD_NEEDS, Candidate
@@ -47,8 +47,6 @@ from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.held_out import LeftOutResiduals, held_out_residual
 from lostmotion.rms import rms_of
 from lostmotion.threads import begin, both
-
-FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
 from lostmotion import rules
 from lostmotion.candidates import shapes as shape_room
@@ -27,8 +26,6 @@ from lostmotion.evidence.noise import Noise
 from lostmotion.evidence.scatter import deviations
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.terms import Additive, Term
-
-FloatArray = npt.NDArray[np.float64]
 
 FIT_NATS = 0.1
 """Decrease of half the sum of squares, relative to the noise variance, below which a fit ends: a

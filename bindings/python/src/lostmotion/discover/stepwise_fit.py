@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import FloatArray
 from lostmotion.candidates import shapes
 from lostmotion.candidates.named import tangent
 from lostmotion.candidates.tangents import given_values
@@ -29,8 +29,6 @@ from lostmotion.fit.baseline import FILED, BaselineModel
 from lostmotion.fit.parameters import placed
 from lostmotion.fit.terms import Term, start_values
 from lostmotion.threads import begin
-
-FloatArray = npt.NDArray[np.float64]
 
 STEPS = 12
 """Evaluations of a fit before the runs have their own deviations."""

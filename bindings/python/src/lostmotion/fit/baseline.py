@@ -16,8 +16,8 @@ from dataclasses import dataclass, field
 from functools import cache
 
 import numpy as np
-import numpy.typing as npt
 
+from lostmotion.arrays import BoolArray, FloatArray
 from lostmotion.effects.conditions import Conditions, side_by_side
 from lostmotion.fit.deviations import DEVIATIONS, GAP, gap_closed, stiffness_factor, width_factor
 from lostmotion.fit.form_error import FormBasis, FormError
@@ -36,8 +36,6 @@ from lostmotion.fit.sticking import Sticking
 from lostmotion.fit.terms import RUN_SCATTER, Additive, Term
 from lostmotion.torsion_curve import TorsionCurve
 from lostmotion.units import ARCSEC
-
-FloatArray = npt.NDArray[np.float64]
 
 TOLERANCE = 1e-6
 """Relative decrease of the cost below which a fit ends."""
@@ -285,7 +283,7 @@ class BaselineModel:
         self,
         noise: float = 1.0,
         steps: int = 25,
-        rows: npt.NDArray[np.bool_] | None = None,
+        rows: BoolArray | None = None,
         tolerance: float = TOLERANCE,
     ) -> Solution:
         """Least squares with free offsets of the runs; the deviations are kept.
@@ -340,7 +338,7 @@ class BaselineModel:
         self.set_vector(sticking.vector(solution.x))
         return solution
 
-    def first_fit(self, steps: int = 25, rows: npt.NDArray[np.bool_] | None = None) -> Solution:
+    def first_fit(self, steps: int = 25, rows: BoolArray | None = None) -> Solution:
         """Fit an unfitted model from several starts; the lowest error counts.
 
         A model from a fitted drive file starts only from its values.

@@ -18,13 +18,11 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 from scipy import special
 
+from lostmotion.arrays import BoolArray, FloatArray
 from lostmotion.effects.conditions import Conditions
 from lostmotion.fit.hysteresis import Hysteresis, operator_columns
-
-FloatArray = npt.NDArray[np.float64]
 
 RADIUS_RANGE, RADII = (0.01, 0.7), 8
 """Half widths of the operators, relative to the largest torque."""
@@ -109,7 +107,7 @@ class FormBasis:
         return np.asarray(self.columns.T @ self.columns - rows * np.outer(self.mean, self.mean))
 
     @cached_property
-    def varies(self) -> npt.NDArray[np.bool_]:
+    def varies(self) -> BoolArray:
         """Whether each column varies: of a constant torque only rounding is left in `gram`."""
         square, rows = np.diag(self.gram), self.columns.shape[0]
         return np.asarray(square > SEEN**2 * (square + rows * self.mean**2))

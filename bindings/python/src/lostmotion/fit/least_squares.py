@@ -6,10 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.linalg.lapack import dposv
 
-FloatArray = npt.NDArray[np.float64]
+from lostmotion.arrays import BoolArray, FloatArray, IntArray
 
 FIRST_DAMPING = 1e-4
 """Damping of the first step, in units of the diagonal of the normal equations."""
@@ -40,7 +39,7 @@ class SumLimit:
     most : float
     """
 
-    places: npt.NDArray[np.intp] | slice
+    places: IntArray | slice
     most: float
 
 
@@ -60,7 +59,7 @@ class Solution:
 
     x: FloatArray
     cost: float
-    at_bound: npt.NDArray[np.bool_]
+    at_bound: BoolArray
     steps: int
 
 
