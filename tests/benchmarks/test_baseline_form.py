@@ -47,9 +47,12 @@ def test_held_out_runs_decide_the_form(law: str, form: str, tmp_path: Path) -> N
     assert np.sqrt(chosen.tried[chosen.form].mean_square) < 1.2 * noise
 
 
-def test_a_missing_effect_of_the_temperature_does_not_hide_the_form(tmp_path: Path) -> None:
-    base, _ = fitted("load", "8 runs", tmp_path, "thermal_stiffness")
-    assert choose_form(base, library(), 100.0).form == "inside+load"
+@pytest.mark.parametrize(("law", "form"), [("load", "inside+load"), ("outside", "both")])
+def test_a_missing_effect_of_the_temperature_does_not_hide_the_form(
+    law: str, form: str, tmp_path: Path
+) -> None:
+    base, _ = fitted(law, "8 runs", tmp_path, "thermal_stiffness")
+    assert choose_form(base, library(), 100.0).form == form
 
 
 def test_an_effect_that_the_form_holds_is_not_named_beside_it(tmp_path: Path) -> None:

@@ -100,8 +100,8 @@ Chosen: each explains three quarters of the sum of squares of the other.
 """
 
 FORM_EXPLAINS = 0.5
-"""Share of what a form error can explain that another form of the hysteresis must explain to be
-selected: less may be a missing effect that the operators imitate.
+"""Share of what functions of the torque's history can explain that another form of the hysteresis
+must explain to be selected: less may be a missing effect that the operators imitate.
 
 Chosen: half, on even seeds of tests/rig/laboratory.py and a few of the older rig.
 """

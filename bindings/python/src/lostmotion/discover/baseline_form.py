@@ -10,8 +10,9 @@ than operators of constant width in parallel with the spring is selected if
 
 - these pieces confirm it (`gates.runs_separate`, of their errors under fits to the others): with
 fewer than `sign_flips.runs_least` pieces no form is tried;
-- it explains at least `rules.FORM_EXPLAINS` of what a form error can, beside all effects that no
-form can imitate. A form that explains less may imitate a missing effect and is left to the contest;
+- it explains at least `rules.FORM_EXPLAINS` of what the odd functions of the torque's history can
+(`FormBasis.preisach`), beside all effects that no form can imitate. A form that explains less may
+imitate a missing effect and is left to the contest;
 - no hysteresis effect of the library does as well in addition to constant width; few runs do not
 identify such an effect.
 
@@ -34,9 +35,9 @@ from lostmotion.candidates import shapes
 from lostmotion.candidates.candidate import LOAD_NEEDS
 from lostmotion.candidates.named import tangent
 from lostmotion.discover.contest_round import make_candidates
-from lostmotion.discover.form_variance import largest_model
 from lostmotion.discover.gates import is_of_form, runs_separate
 from lostmotion.discover.linearise import Settled, noise_rms
+from lostmotion.discover.measurement_noise import LargestModel
 from lostmotion.discover.refits import without_deviations
 from lostmotion.discover.terms import beyond_form
 from lostmotion.effects.conditions import Conditions
@@ -196,7 +197,8 @@ def choose_form(
     noise, explainable = 0.0, plain.mean_square
     if rows is None:  # runs that are only predicted must not influence the choice
         candidates, _ = make_candidates(base, effects, ratio, shapes.waves(base))
-        largest = largest_model(base, candidates)
+        columns = [one.columns for one in candidates]
+        largest = LargestModel.of(base, [*columns, base.form_basis.preisach()])
         noise = noise_rms(largest.noise(), base) ** 2
         apart = [n for n, one in enumerate(candidates) if not one.may_be_form]
         explainable = largest.followed_by_last(apart)

@@ -246,12 +246,18 @@ class Effect:
     def turns_with_torque(self, conditions: Conditions) -> bool:
         """Whether the lost motion that it causes changes its sign with the torque.
 
-        That of every hysteresis does which is the same in both directions: its width does not.
+        That of every hysteresis does which is the same in both directions; its width does not. The
+        effect may compute in single precision.
         """
-        torque = conditions.torque
-        there, back = (self.run(self.typical, conditions, t, t) for t in (torque, -torque))
-        rest = there - back if self.kind == "width" else there + back
-        return bool(np.max(np.abs(rest)) <= ROUNDING * np.max(np.abs(there)))
+
+        def turns() -> bool:
+            torque = conditions.torque
+            there, back = (self.run(self.typical, conditions, t, t) for t in (torque, -torque))
+            rest = there - back if self.kind == "width" else there + back
+            rounding = float(np.finfo(np.float32).eps) * np.max(np.abs(there))
+            return bool(np.max(np.abs(rest)) <= rounding)
+
+        return conditions.once(("turns with torque", self), turns)
 
     @property
     def typical(self) -> FloatArray:
@@ -279,9 +285,6 @@ class Effect:
         linear = [i for i, v in enumerate(self.values) if v.role == "linear" or v.scales]
         return linear or self.inner()
 
-
-ROUNDING = 1e-6
-"""Relative rounding of a function that may compute in single precision."""
 
 SAID = ("scale", "starts", "sign", "between_runs", "scales", "words")
 """Remarks of a card on a value."""
