@@ -24,8 +24,9 @@ constant width with few runs: they name no effect, and their evidence is merged 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -146,7 +147,7 @@ def choose_form(
     *,
     form: Friction | None = None,
     rows: BoolArray | None = None,
-    rival: Tried | None = None,
+    rival: Callable[[], Tried] | None = None,
     known: Mapping[Friction, Tried] | None = None,
 ) -> ChosenForm:
     """Choose the form of a fitted model's hysteresis.
@@ -164,9 +165,9 @@ def choose_form(
         Form to be used regardless of the runs.
     rows : ndarray of bool, optional
         Samples that were fitted, whole runs.
-    rival : Tried, optional
-        Several effects that explain the same without another form; they must not predict better. By
-        default one hysteresis effect, which must predict worse.
+    rival : callable, optional
+        Tries several effects that explain the same without another form; they must not predict
+        better. By default one hysteresis effect, which must predict worse.
     known : mapping, optional
         Forms that were tried for this model before.
     """
@@ -207,12 +208,13 @@ def choose_form(
         for name in confirmed
         if plain.mean_square - found[name].mean_square >= rules.FORM_EXPLAINS * explainable
     ]
-    if rival is not None:
-        large = [name for name in large if not better(rival, found[name])]
-    elif not by_half_cycles:
-        rival = hysteresis_effect(base, effects, ratio, rows)
-        if rival is not None and better(rival, plain):
-            large = [name for name in large if better(found[name], rival)]
+    if large and rival is not None:
+        several = rival()
+        large = [name for name in large if not better(several, found[name])]
+    elif large and not by_half_cycles:
+        single = hysteresis_effect(base, effects, ratio, rows)
+        if single is not None and better(single, plain):
+            large = [name for name in large if better(found[name], single)]
     if not large:
         return ChosenForm(base, given, found)
     best = min(large, key=lambda name: found[name].mean_square)
@@ -271,18 +273,18 @@ def form_beside(
     same = same and np.array_equal(beside.vector()[0], base.vector()[0])
     imitators = [term.effect for term, out in zip(found.terms, imitates, strict=True) if out]
     alone = not imitators or (len(imitators) == 1 and imitators[0].is_hysteresis)
-    rival = None if alone else tried(in_form_of(base, found))
+    rival = None if alone else partial(tried_in_form_of, base, found)
     return choose_form(beside, effects, ratio, rival=rival, known=known if same else None).form
 
 
-def in_form_of(base: BaselineModel, found: BaselineModel) -> BaselineModel:
-    """The effects of a model without another form than that of a baseline model."""
+def tried_in_form_of(base: BaselineModel, found: BaselineModel) -> Tried:
+    """Try the effects of a model without another form than that of a baseline model."""
     if friction_form(found) == friction_form(base):
-        return without_deviations(found)
+        return tried(without_deviations(found))
     plain = base.copy()
     plain.terms = [term.copy() for term in found.terms]
     plain.fit()
-    return plain
+    return tried(plain)
 
 
 def may_imitate_form(found: BaselineModel, term: Term) -> bool:

@@ -67,7 +67,7 @@ def choose(model: GrowingModel, current: ContestRound, results: list[Result], le
         if result.name in step.rivals and result.name not in known
     ]
     if untried:
-        contenders = best_starts(contenders + try_leads(model, untried, least, current))
+        contenders = best_starts(model, contenders + try_leads(model, untried, least, current))
         step = choose_among(model, current, results, least, contenders, rejected)
     return step
 
@@ -165,13 +165,13 @@ def try_shortlist(
     def tried(leads: list[Lead]) -> list[Contender]:
         return try_leads(model, leads, least, current)
 
-    contenders = best_starts(tried(shortlist))
+    contenders = best_starts(model, tried(shortlist))
     rejected: set[str] = set()
     while reserve and not any(c.passes for c in contenders):
         rejected |= {lead.name for lead in shortlist}
         shortlist = strongest(reserve)
         reserve = without(reserve, shortlist)
-        contenders = best_starts(contenders + tried(shortlist))
+        contenders = best_starts(model, contenders + tried(shortlist))
     return contenders, rejected
 
 
@@ -188,8 +188,7 @@ def try_lead(
 ) -> Contender | None:
     """Put a candidate into the model, and return whether it passes, with the level of a round.
 
-    None if it has no finite fit, or is not kept beside the form error. The forms of the hysteresis
-    are fitted only if the effect passes all other tests.
+    None if it has no finite fit, or is not kept beside the form error.
     """
     contender = model.with_candidate(lead)
     if contender is None:
@@ -203,20 +202,26 @@ def try_lead(
     if contender.passes and contender.candidate.named:
         contender.in_model = model.tested(contender)
         contender.passes = contender.in_model is not None and accepted(contender.in_model, count)
-    if contender.passes and not model.beats_forms(contender):
-        return None
     return contender
 
 
-def best_starts(contenders: list[Contender]) -> list[Contender]:
-    """Of several starts of a candidate, the one that explains most; passing starts first."""
-    best: dict[str, Contender] = {}
+def best_starts(model: GrowingModel, contenders: list[Contender]) -> list[Contender]:
+    """Of several starts of a candidate, the one that explains most; passing starts first.
+
+    One that passes but does not beat the forms of the hysteresis is left out. These are fitted
+    only where the answer depends on them.
+    """
+    starts: dict[str, list[Contender]] = {}
     for contender in contenders:
-        rank = (contender.passes, contender.gain)
-        other = best.get(contender.name)
-        if other is None or rank > (other.passes, other.gain):
-            best[contender.name] = contender
-    return list(best.values())
+        starts.setdefault(contender.name, []).append(contender)
+
+    def best(own: list[Contender]) -> Contender | None:
+        ranked = sorted(own, key=lambda c: (c.passes, c.gain), reverse=True)
+        kept = (c for c in ranked if not c.passes or model.beats_forms(c))
+        return next(kept, None)
+
+    found = in_parallel(best, list(starts.values()))
+    return [contender for contender in found if contender is not None]
 
 
 def as_kept(contenders: Sequence[Contender]) -> list[Contender]:

@@ -299,7 +299,7 @@ def conclude(
     add_unnamed(found, selection, within)
     models = list(stepwise.models)
     if shapes_of(base):
-        models.append(without_deviations(base, models[-1]))
+        models.append(without_deviations(base, models[-1], final.alike))
     if slipped:
         models.insert(0, without_slips(models[0], given))
 

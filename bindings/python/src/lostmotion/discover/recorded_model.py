@@ -44,7 +44,7 @@ from lostmotion.effects.effect import Effect
 from lostmotion.evidence.contest import Result
 from lostmotion.evidence.noise import Noise
 from lostmotion.fit.baseline import BaselineModel
-from lostmotion.fit.held_out import LeftOutResiduals, held_out_residual
+from lostmotion.fit.held_out import LeftOutResiduals
 from lostmotion.rms import rms_of
 from lostmotion.threads import begin, both
 
@@ -145,6 +145,7 @@ class RecordedModel(GrowingModel):
         self.tried: dict[tuple[int, str], tuple[RecordedRound, Contender | None]] = {}
         self.present: tuple[Settled, FloatArray] | None = None
         self.left_out = LeftOutResiduals()
+        self.beating: dict[int, tuple[Settled, bool]] = {}
         self.formless: RecordedRound | None = None
         first = self.settled[0].base
         self.given = {
@@ -234,7 +235,12 @@ class RecordedModel(GrowingModel):
 
     def beats_forms(self, contender: Contender) -> bool:
         """See `GrowingModel`."""
-        return contender.formless is None or better_than_forms(contender.formless)
+        alone = contender.formless
+        if alone is None:
+            return True
+        if id(alone) not in self.beating:
+            self.beating[id(alone)] = (alone, better_than_forms(alone))
+        return self.beating[id(alone)][1]
 
     def tested(self, contender: Contender) -> Result | None:
         """See `GrowingModel`: linearised at the model with it."""
@@ -293,7 +299,7 @@ class RecordedModel(GrowingModel):
         """
         if self.present is None or self.present[0] is not self.now:
             longer = without_deviations(self.now.base, self.in_answer(self.now), self.now.alike)
-            fits = (self.left_out_residual(self.now), held_out_residual(longer))
+            fits = (self.left_out_residual(self.now), self.left_out.of(longer))
             self.present = (self.now, min(fits, key=rms_of))
         return self.present[1]
 

@@ -190,7 +190,9 @@ def without_deviations(
     if before is None or plain_rms(plain) <= plain_rms(before) or not grown_from(base, before):
         return plain
     found = [plain]
-    for share in (1.0, 0.0):  # the added terms from the values found, and from zero
+    # The added terms from the values found, and from zero.
+    extended = len(base.terms) > len(before.terms) or len(base.additives) > len(before.additives)
+    for share in (1.0, 0.0) if extended else (1.0,):
         again = before.copy()
         added = base.copy()
         again.terms += added.terms[len(before.terms) :]
