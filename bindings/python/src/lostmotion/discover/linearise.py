@@ -252,7 +252,7 @@ def bounded_step(base: BaselineModel, contest: Contest) -> tuple[FloatArray, Flo
     """Gauss-Newton step within the bounds of the baseline model, and its deviations."""
     evidence = contest.evidence
     index = evidence.index()
-    matrix = contest.null.matrix.sum(axis=0)
+    matrix = contest.null.total
     normal = matrix[:-1, :-1] + np.diag(evidence.ridge(index))
     normal[np.diag_indices_from(normal)] *= 1.0 + STEP_RIDGE
     x, low, high = base.vector()

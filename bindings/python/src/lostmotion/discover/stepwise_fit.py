@@ -211,7 +211,7 @@ def table_of(base: BaselineModel, settled: Settled) -> EstimatedValues:
     contest = settled.contest
     evidence = contest.evidence
     index = evidence.index()
-    total = contest.null.matrix.sum(axis=0)
+    total = contest.null.total
     n = index.size - 1
     inverse = np.linalg.inv(total[:n, :n] + np.diag(evidence.ridge(index)))
     scale = evidence.scale[evidence.fixed]

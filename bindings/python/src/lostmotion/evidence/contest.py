@@ -158,7 +158,7 @@ class Contest:
 
     def null_step(self) -> FloatArray:
         """Coefficients of the baseline model's columns alone."""
-        matrix = self.null.matrix.sum(axis=0)
+        matrix = self.null.total
         h = matrix[:-1, :-1] + np.diag(self.evidence.ridge(self.evidence.index()))
         return np.asarray(np.linalg.solve(h, matrix[:-1, -1]))
 
@@ -203,7 +203,7 @@ class Contest:
 def visible_directions(e: Evidence, reduced: Reduced, index: IntArray) -> FloatArray:
     """Dimensions of a block that the rest of its hypothesis does not absorb."""
     n0 = e.fixed.size
-    total = reduced.matrix.sum(axis=0)
+    total = reduced.total
     ridge = np.diag(e.ridge(index))[:n0, :n0]
     cross = total[n0:-1, :n0]
     left = total[n0:-1, n0:-1] - cross @ np.linalg.solve(total[:n0, :n0] + ridge, cross.T)
@@ -235,14 +235,16 @@ def rotated(matrix: FloatArray, turn: FloatArray, n0: int) -> FloatArray:
 
 def fit_both(reduced: Reduced, ridge: FloatArray, n0: int) -> Estimates:
     """Fit with and without a candidate, by generalised least squares."""
-    total = reduced.matrix.sum(axis=0)
+    total = reduced.total
     h = total[:-1, :-1] + np.diag(ridge)
     g = total[:-1, -1]
-    inverse = np.linalg.inv(h)
+    inverse = np.asarray(np.linalg.inv(h), dtype=np.float64)
     delta = inverse @ g
     h0 = h[:n0, :n0]
-    carried = np.linalg.solve(h0, total[:n0, n0:-1])
-    alone = np.linalg.solve(h0, g[:n0])
+    carried, alone = (
+        np.asarray(np.linalg.solve(h0, side), dtype=np.float64)
+        for side in (total[:n0, n0:-1], g[:n0])
+    )
     wald = float(g @ delta - g[:n0] @ alone)
     return Estimates(n0, delta, alone, inverse, carried, wald)
 
@@ -262,7 +264,7 @@ def run_scores(
         Inverse of the information of the directions.
     """
     own, n0, k = reduced.matrix, found.n0, found.carried
-    total = own.sum(axis=0)
+    total = reduced.total
     score = (
         own[:, n0:-1, -1]
         - own[:, :n0, -1] @ k
@@ -273,4 +275,4 @@ def run_scores(
     cross = own[:, n0:-1, :n0] @ k
     seen = own[:, n0:-1, n0:-1] - cross - cross.transpose(0, 2, 1)
     seen += k.T @ own[:, :n0, :n0] @ k
-    return score, seen @ found.delta[n0:], np.linalg.inv(left)
+    return score, seen @ found.delta[n0:], np.asarray(np.linalg.inv(left), dtype=np.float64)

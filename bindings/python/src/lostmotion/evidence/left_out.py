@@ -17,7 +17,7 @@ def log_density(reduced: Reduced, ridge: FloatArray) -> FloatArray:
     of the run: an extrapolated run, such as the only one with most cycles, may deviate far.
     """
     own = reduced.matrix
-    total = own.sum(axis=0)
+    total = reduced.total
     whole = total[:-1, :-1] + np.diag(ridge)
     delta, log_det = solved_without(own, total, ridge)
     slope = own[:, :-1, -1] - (own[:, :-1, :-1] @ delta[:, :, None])[:, :, 0]
