@@ -118,16 +118,17 @@ def settle(base: BaselineModel, noise: Noise, rounds: int = ROUNDS) -> Settled:
     current = base.copy()
     current.noise_arcsec = noise_rms(noise, base)
     misfit = Misfit(current, noise)
-    residual = current.residual()
-    best = contest_at(current, noise)
+    point = current.at()
+    residual = current.residual(point)
+    best = contest_at(current, noise, point=point)
     objective = objective_at(misfit, current, residual, best)
     least_rms = rms_of(residual)
     for _ in range(rounds):
         found = move(misfit, current, residual, best)
         if found is None or rms_of(found[1]) >= rules.WORSE * least_rms:
             break
-        moved, residual = found
-        contest = contest_at(moved, noise, best)
+        moved, residual, point = found
+        contest = contest_at(moved, noise, best, point)
         value = objective_at(misfit, moved, residual, contest)
         if value >= objective:
             break
@@ -164,19 +165,20 @@ def objective_at(
 
 def move(
     misfit: Misfit, current: BaselineModel, residual: FloatArray, contest: Contest
-) -> tuple[BaselineModel, FloatArray] | None:
+) -> tuple[BaselineModel, FloatArray, Point] | None:
     """Move a model by the part of a Gauss-Newton step that lowers its misfit, if any.
 
-    Returns the model with its residual.
+    Returns the model with its residual and its point.
     """
     step, own = bounded_step(current, contest)
     before = misfit(current, residual, contest)
     for share, own_share in MOVES:
         moved = current.copy()
         take_step(moved, contest.evidence.scale, step, own, share, own_share)
-        rest = moved.residual()
+        point = moved.at()
+        rest = moved.residual(point)
         if misfit(moved, rest, contest) < before:
-            return moved, rest
+            return moved, rest, point
     return None
 
 
@@ -228,12 +230,14 @@ def plain_rms(base: BaselineModel) -> float:
     return rms_of(base.residual())
 
 
-def contest_at(base: BaselineModel, noise: Noise, near: Contest | None = None) -> Contest:
-    """Collect the evidence of the baseline model alone, linearised at its present point.
+def contest_at(
+    base: BaselineModel, noise: Noise, near: Contest | None = None, point: Point | None = None
+) -> Contest:
+    """Collect the evidence of the baseline model alone, linearised at its present `point`.
 
     The search for its variances starts from those of the contest `near`.
     """
-    fixed, precision, scatter, response = columns_of(base, base.at())
+    fixed, precision, scatter, response = columns_of(base, base.at() if point is None else point)
     evidence = gather(fixed, precision, scatter, (), response, noise, base.conditions.starts)
     if near is None:
         return Contest(evidence)

@@ -45,10 +45,12 @@ def solved_without(
         Added to the diagonal.
     """
     solved, log_det = np.empty((own.shape[0], ridge.size)), np.empty(own.shape[0])
-    diagonal = np.diag(ridge)
+    rest = np.empty_like(total[:-1])
+    matrix, side = rest[:, :-1], rest[:, -1]
+    diagonal = np.diag_indices_from(matrix)
     for run, mine in enumerate(own):
-        rest = total[:-1] - mine[:-1]
-        matrix, side = rest[:, :-1] + diagonal, rest[:, -1]
+        np.subtract(total[:-1], mine[:-1], out=rest)
+        matrix[diagonal] += ridge
         factor, solved[run], failed = dposv(matrix, side)
         if failed:
             solved[run], log_det[run] = np.linalg.solve(matrix, side), np.linalg.slogdet(matrix)[1]

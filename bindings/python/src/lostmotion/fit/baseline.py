@@ -173,13 +173,17 @@ class BaselineModel:
 
     # --- derivatives -----------------------------------------------------------------------------
 
-    def fixed_columns(self, point: Point, more: int = 0, beside: int = 0) -> FloatArray:
+    def fixed_columns(
+        self, point: Point, more: int = 0, beside: int = 0, into: FloatArray | None = None
+    ) -> FloatArray:
         """Derivatives of the angle by the parameters, arc seconds per unit.
 
-        Contiguous columns, with `more` empty rows at the end, and `beside` empty columns.
+        Contiguous columns, with `more` empty rows at the end, and `beside` empty columns; `into` is
+        what an earlier call for the same parameters returned and is overwritten.
         """
         blocks = placed(self.blocks())
-        whole = np.empty((self.conditions.rows + more, blocks[-1][1].stop + beside), order="F")
+        shape = (self.conditions.rows + more, blocks[-1][1].stop + beside)
+        whole = np.empty(shape, order="F") if into is None else into
         for block, places in blocks:
             block.fill(point, whole[: self.conditions.rows, places])
         return whole
@@ -304,6 +308,7 @@ class BaselineModel:
         c = self.conditions
         sticking = Sticking(self.filed_places(), self.hysteresis.knee_Nm, self.rises)
         blocks = self.blocks()  # only values and derivatives change, and these are made at a point
+        made: FloatArray | None = None  # pages of new memory take as long as a column
 
         def evaluate(free: FloatArray) -> tuple[FloatArray, Callable[[], FloatArray]]:
             x = sticking.vector(free)
@@ -314,11 +319,13 @@ class BaselineModel:
             residual = c.centred(residual) if rows is None else c.centred_on(rows, residual)
 
             def derivatives() -> FloatArray:
+                nonlocal made
+                made = self.fixed_columns(point, 0 if rows is not None else known.size, into=made)
                 if rows is None:
-                    columns = self.fixed_columns(point, known.size)
+                    columns = made
                     c.centre(columns[: c.rows])
                 else:
-                    columns = c.centred_on(rows, self.fixed_columns(point), known.size)
+                    columns = c.centred_on(rows, made, known.size)
                 columns[columns.shape[0] - known.size :] = known_rows
                 sticking.convert(columns, free)
                 return columns
