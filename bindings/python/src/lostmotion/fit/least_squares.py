@@ -205,14 +205,15 @@ def solve_within(
             return np.asarray(np.clip((x + step) * scale, least, greatest), dtype=np.float64)
 
     limited = False
+    sides = np.column_stack((drawn, weight))
+    rounding = DRAWN * float(np.abs(drawn).max())
     for _ in range(CHANGES_MOST * right.size):
         free, multiplier, step = np.flatnonzero(side == 0), 0.0, np.zeros_like(x)
         if free.size:
-            sides = np.column_stack((drawn - firm @ x, weight))[free]
-            _, moves, _ = dposv(firm[free[:, None], free], sides)
+            sides[:, 0] = drawn - firm @ x
+            _, moves, _ = dposv(firm[free][:, free], sides[free])
             step[free] = moves[:, 0]
-            fall = float(weight[free] @ moves[:, 1])
-            if limited and fall > 0.0:
+            if limited and (fall := float(weight[free] @ moves[:, 1])) > 0.0:
                 multiplier = float(weight @ (x + step) - most) / fall
                 step[free] -= multiplier * moves[:, 1]
         share = share_within(x, step, low, high)
@@ -231,7 +232,7 @@ def solve_within(
         else:
             pull = side * (firm @ x - drawn + multiplier * weight)
             first = int(np.argmax(pull))
-            if pull[first] <= DRAWN * np.abs(drawn).max():
+            if pull[first] <= rounding:
                 break
             side[first] = 0
     return np.asarray(np.clip(x * scale, least, greatest), dtype=np.float64)
