@@ -103,7 +103,11 @@ class SegmentedCurve:
         return np.asarray(np.sign(wound) * angle)
 
     def block(self) -> Block:
-        """Slopes, each with a prior of its own size around that of the data sheet."""
+        """Slopes, each with a prior of its own size around that of the data sheet.
+
+        For one step its present size counts if that is larger: a gap has slopes far above those of
+        the data sheet, and must be free to change when an effect takes over a part of it.
+        """
         n = self.slopes.size
         sd = np.maximum(self.prior_slopes, 0.1 * self.mean_slope)
 
@@ -120,7 +124,7 @@ class SegmentedCurve:
             self.slopes,
             np.zeros(n),
             np.full(n, SLOPE_MAX * self.mean_slope),
-            1.0 / sd**2,
+            1.0 / np.maximum(sd, self.slopes) ** 2,
             partial(setattr, self, "slopes"),
             fill,
             Prior(np.arange(n), self.prior_slopes, sd),
