@@ -40,10 +40,12 @@ SETTLED = 0.5
 STEP_RIDGE = 1e-9
 """Relative ridge of a step's normal matrix, and least room of a parameter that is at its bound."""
 
-MOVES = ((1.0, 1.0), (0.5, 0.5), (0.25, 0.25), (0.0, 1.0), (0.0, 0.4))
-"""Step fractions of parameters and deviations, tried in order until the misfit falls, because kinks
-can make the whole step overshoot.
-"""
+SHARES = (1.0, 0.5, 0.25, 0.0)
+"""Fractions of the step of the parameters, tried in order until the misfit falls, because kinks can
+make the whole step overshoot."""
+
+OWN_SHARES = (1.0, 0.4, 0.0)
+"""Fractions of the step of the deviations; each run takes the one with its least misfit."""
 
 REFIT_STEPS = 12
 """Evaluations of a joint refit. Chosen: by the time of a diagnosis; `settle` continues from there.
@@ -137,13 +139,14 @@ def settle(base: BaselineModel, noise: Noise, rounds: int = ROUNDS) -> Settled:
         least_rms = min(least_rms, rms_of(residual))
         if fall < SETTLED:
             break
-    beyond = misfit.by_run(current, residual, best) - linear_misfit(best)
+    step, _ = bounded_step(current, best)
+    beyond = misfit.by_run(current, residual, best) - linear_misfit(best, step)
     return Settled(current, best, noise, beyond)
 
 
-def linear_misfit(contest: Contest) -> FloatArray:
-    """Minus the log likelihood of every run by the linearisation, as `Misfit`."""
-    own, step = contest.null.matrix, contest.null_step()
+def linear_misfit(contest: Contest, step: FloatArray) -> FloatArray:
+    """Minus the log likelihood of every run by the linearisation after a step, as `Misfit`."""
+    own = contest.null.matrix
     evidence = contest.evidence
     prior = float(step**2 @ evidence.ridge(evidence.index())) / evidence.runs
     cross = own[:, -1, :-1] @ step
@@ -159,7 +162,7 @@ def objective_at(
     With the misfit of the model: that of its linearisation is too low far from the deviations at
     which it was linearised, and equal to it at their optimum.
     """
-    linear = float(linear_misfit(contest).sum())
+    linear = float(linear_misfit(contest, contest.null_step()).sum())
     return contest.null_objective - linear + misfit(base, residual, contest)
 
 
@@ -168,17 +171,31 @@ def move(
 ) -> tuple[BaselineModel, FloatArray, Point] | None:
     """Move a model by the part of a Gauss-Newton step that lowers its misfit, if any.
 
+    A kink may be passed in one run only, so each run takes its own part of its deviations' step.
     Returns the model with its residual and its point.
     """
     step, own = bounded_step(current, contest)
-    before = misfit(current, residual, contest)
-    for share, own_share in MOVES:
+
+    def after(share: float, own_shares: FloatArray) -> tuple[BaselineModel, FloatArray]:
         moved = current.copy()
-        take_step(moved, contest.evidence.scale, step, own, share, own_share)
-        point = moved.at()
-        rest = moved.residual(point)
-        if misfit(moved, rest, contest) < before:
-            return moved, rest, point
+        take_step(moved, contest.evidence.scale, step, own, share, own_shares)
+        return moved, moved.residual()
+
+    before = misfit.by_run(current, residual, contest)
+    for share in SHARES:
+        own_shares, least = np.zeros(before.size), np.full(before.size, np.inf)
+        for trial in OWN_SHARES:
+            moved, rest = after(share, np.full(before.size, trial))
+            by_run = misfit.by_run(moved, rest, contest)
+            own_shares[by_run < least] = trial
+            least = np.minimum(least, by_run)
+            if np.all(least <= before):
+                break
+        if np.any(own_shares != trial):
+            moved, rest = after(share, own_shares)
+        if misfit(moved, rest, contest) < before.sum():
+            point = moved.at()
+            return moved, moved.residual(point), point
     return None
 
 
@@ -267,7 +284,9 @@ def bounded_step(base: BaselineModel, contest: Contest) -> tuple[FloatArray, Flo
     most = np.concatenate((np.maximum((high - x) * scale, STEP_RIDGE), [widen], unbound))
     # In units in which the diagonal is one: the prior of a value that changes almost nothing, such
     # as a start state of an operator of almost no share, would be larger than all other numbers.
-    unit = 1.0 / np.sqrt(np.diag(normal))
+    # Of a column that is a sum of others, rounding may leave less than nothing.
+    diagonal = np.diag(normal)
+    unit = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
     normal *= np.outer(unit, unit)
     delta = unit * solve_within(normal, matrix[:-1, -1] * unit, least / unit, most / unit)
     return delta, deviations(evidence, index, contest.null_omega, delta)
@@ -279,7 +298,7 @@ def take_step(
     delta: FloatArray,
     own: FloatArray,
     share: float = 1.0,
-    own_share: float = 1.0,
+    own_shares: FloatArray | float = 1.0,
 ) -> None:
     """Move the baseline by a Gauss-Newton step and every run towards its predicted deviations.
 
@@ -290,8 +309,10 @@ def take_step(
         Of the columns.
     delta, own : ndarray
         Step of the fixed columns, and deviations, scaled.
-    share, own_share : float
-        Fractions of the step for parameters and deviations.
+    share : float
+        Fraction of the step for the parameters.
+    own_shares : float or ndarray
+        The same for the deviations, of all runs or of each.
     """
     x, low, high = base.vector()
     step = delta / scale[: delta.size]
@@ -303,7 +324,8 @@ def take_step(
     else:
         own[:, 1] += share * wider
     limit = np.array([DEVIATION_MAX, DEVIATION_MAX, np.inf])
-    moved = base.deviations + own_share * (own[:, : len(DEVIATIONS)] - base.deviations)
+    part = np.reshape(own_shares, (-1, 1))
+    moved = base.deviations + part * (own[:, : len(DEVIATIONS)] - base.deviations)
     base.deviations = np.clip(moved, -limit, limit)
 
 
