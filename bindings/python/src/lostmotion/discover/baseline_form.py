@@ -33,7 +33,6 @@ import numpy as np
 from lostmotion import rules
 from lostmotion.arrays import BoolArray, FloatArray, IntArray
 from lostmotion.candidates import shapes
-from lostmotion.candidates.candidate import LOAD_NEEDS
 from lostmotion.candidates.named import tangent
 from lostmotion.discover.contest_round import make_candidates
 from lostmotion.discover.gates import is_of_form, runs_separate
@@ -289,18 +288,20 @@ def tried_in_form_of(base: BaselineModel, found: BaselineModel) -> Tried:
 
 def may_imitate_form(found: BaselineModel, term: Term) -> bool:
     """Whether an effect of a model does with this plan what another form of hysteresis may do."""
-    needs = term.effect.needs
-    if not (needs <= LOAD_NEEDS and term.effect.turns_with_torque(found.conditions)):
+    if not term.effect.turns_with_torque(found.conditions):
         return False
-    return needs <= {"torque_Nm"} or is_of_form(beyond_form(found, term))
+    return term.effect.needs <= {"torque_Nm"} or is_of_form(beyond_form(found, term))
 
 
 def better_than_forms(with_effect: Settled) -> bool:
-    """Whether the last effect of a model predicts left-out runs better than any form.
+    """Whether no form predicts left-out runs better than the last effect of a model does.
 
-    The forms are those of the hysteresis of the same model without the effect.
+    The forms are those of the hysteresis of the same model without the effect. As in `choose_form`,
+    a form must be significantly better: it has more values.
     """
-    own = tried(with_effect.alike).mean_square
+    longer = with_effect.alike.copy()
+    longer.fit()  # as long as the forms
+    own = tried(longer)
     plain = with_effect.base.copy()
     del plain.terms[-1]
     given = friction_form(plain)
@@ -308,6 +309,6 @@ def better_than_forms(with_effect: Settled) -> bool:
     for form in FORMS:
         if form != given and leads_to(given, form):
             fits[form] = in_form(fits[given], form, known=fits)
-            if tried(fits[form]).mean_square <= own:
+            if better(tried(fits[form]), own):
                 return False
     return True

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable
 from functools import cached_property
 from itertools import pairwise
@@ -117,6 +118,16 @@ class Conditions:
     def torque(self) -> FloatArray:
         """External torque, N m."""
         return self.columns["torque_Nm"]
+
+    def mirrored(self) -> Conditions:
+        """The same load and motion in the other direction, at the same places and temperatures."""
+        other = copy.copy(self)
+        turned = ("torque_Nm", "input_velocity_rad_s", "output_acceleration_rad_s2")
+        other.columns = {
+            name: -column if name in turned else column for name, column in self.columns.items()
+        }
+        other.derived = {}
+        return other
 
     def unwound(self) -> FloatArray:
         """Output angle without lost motion, if the lost motion was computed from it.

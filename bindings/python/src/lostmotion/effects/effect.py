@@ -244,15 +244,15 @@ class Effect:
         return out
 
     def turns_with_torque(self, conditions: Conditions) -> bool:
-        """Whether the lost motion that it causes changes its sign with the torque.
+        """Whether the lost motion that it causes changes its sign with torque and motion.
 
         That of every hysteresis does which is the same in both directions; its width does not. The
         effect may compute in single precision.
         """
 
         def turns() -> bool:
-            torque = conditions.torque
-            there, back = (self.run(self.typical, conditions, t, t) for t in (torque, -torque))
+            both = (conditions, conditions.mirrored())
+            there, back = (self.run(self.typical, c, c.torque, c.torque) for c in both)
             rest = there - back if self.kind == "width" else there + back
             rounding = float(np.finfo(np.float32).eps) * np.max(np.abs(there))
             return bool(np.max(np.abs(rest)) <= rounding)
