@@ -101,7 +101,8 @@ Chosen: each explains three quarters of the sum of squares of the other.
 
 FORM_EXPLAINS = 0.5
 """Share of what functions of the torque's history can explain that another form of the hysteresis
-must explain to be selected: less may be a missing effect that the operators imitate.
+must explain to be selected: less may be a missing effect that the operators imitate. An effect that
+is confounded with the form error must explain the same share of that.
 
 Chosen: half, on even seeds of tests/rig/laboratory.py and a few of the older rig.
 """

@@ -22,7 +22,7 @@ from lostmotion.discover.contest_round import (
     make_round,
 )
 from lostmotion.discover.form_variance import (
-    form_error_told,
+    form_error_size,
     largest_model,
     mark_of_form,
     with_form_error,
@@ -32,6 +32,7 @@ from lostmotion.discover.gates import (
     corrected_for,
     is_of_form,
     judge_all,
+    runs_separate,
 )
 from lostmotion.discover.growing_model import Contender, GrowingModel, Lead
 from lostmotion.discover.ladder import gain
@@ -216,13 +217,14 @@ class RecordedModel(GrowingModel):
     def beside_form_error(self, found: Contender) -> Contender | None:
         """Estimate the form error together with an effect that was fitted without it.
 
-        None if a large form error remains.
+        None if the effect explains less than `rules.FORM_EXPLAINS` of the form error: then it may
+        imitate a part of that.
         """
         base, noise = model_of(found), self.noise
         effects, _ = named_candidates(self.effects, base, base.at(), self.ratio)
         settled = settle(with_form_error(base, noise, effects), noise)
-        largest = max(term_size(base, place) for place in range(len(base.terms)))
-        if form_error_told(settled, self.within, largest):
+        left = form_error_size(settled) ** 2
+        if left > (1.0 - rules.FORM_EXPLAINS) * form_error_size(self.now) ** 2:
             return None
         by_run = settled.density - self.now.density
         return replace(
@@ -335,14 +337,26 @@ class RecordedModel(GrowingModel):
     def substitutes(
         self, current: ContestRound, selected: Contender, rivals: Sequence[Result]
     ) -> list[str]:
-        """See `GrowingModel`: all of them; the strongest were compared by refits."""
-        return [result.name for result in rivals]
+        """See `GrowingModel`: those whose models predict the left-out runs as well."""
+        starts = self.now.base.conditions.starts[:-1]
+        fitted = {name: found for (_, name), (_, found) in self.tried.items() if found}
+
+        def squares(contender: Contender) -> FloatArray:
+            assert contender.settled is not None
+            return np.add.reduceat(self.left_out_residual(contender.settled) ** 2, starts)
+
+        return [
+            result.name
+            for result in rivals
+            if result.name not in fitted
+            or not runs_separate(squares(fitted[result.name]), squares(selected))
+        ]
 
     def more_starts(self, current: ContestRound, leads: list[Lead]) -> list[Lead]:
         """Add effects that are confounded with the form error, judged without a form error.
 
-        Together with a form error such effects explain almost nothing. One of them is found if no
-        form error that counts remains with it.
+        Together with a form error such effects explain almost nothing. One of them is found if it
+        explains at least `rules.FORM_EXPLAINS` of the form error.
         """
         if self.now.base.form_error is None:
             return leads
@@ -361,7 +375,7 @@ class RecordedModel(GrowingModel):
             for result in judge_all(self.formless)
             if accepted(result, corrected_for(current, self.formless.candidates[result.name]))
         ]
-        # All of them imitate each other: a tangent does not tell which one leaves no form error.
+        # All of them imitate each other: a tangent does not tell which one explains most.
         strong = found[: rules.REFITS_MOST]
         return leads + [Lead(self.formless, result, None) for result in strong]
 

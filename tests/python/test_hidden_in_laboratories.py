@@ -1,0 +1,35 @@
+"""Effects that laboratories of other friction hide: named, and not taken for scatter of the runs."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from rig.laboratory import Laboratory
+
+from lostmotion.discover import diagnose
+from lostmotion.drives import read_drive
+from lostmotion.recordings import read_campaign
+
+
+@pytest.mark.parametrize(
+    ("law", "noises", "seed"),
+    [
+        ("dead_zone", 2.0, 4),  # the common part of the gaps is in a curve far above its sheet
+        ("lugre", 1.0, 2),  # wear gains as much, but does not predict the left-out runs as well
+    ],
+)
+def test_a_gap_that_opens_with_temperature_is_no_scatter_and_no_wear(
+    law: str, noises: float, seed: int, tmp_path: Path
+) -> None:
+    """On an arm that warms up: temperature and cycles rise together."""
+    truth = Laboratory(seed, law, "arm").write(tmp_path, "thermal_gap", noises)
+    drive = read_drive(tmp_path / "drive.toml")
+    campaign = read_campaign(sorted(tmp_path.glob("*.csv.gz")), ratio=drive.ratio)
+    found = diagnose(drive, campaign)
+    assert (found.verdict, found.effects) == ("missing-effect", ["thermal_gap"])
+    assert found.ladder[-1]["rms_arcsec"] < 1.02 * truth["noise_arcsec_rms"]
