@@ -1,4 +1,4 @@
-"""Effects that laboratories of other friction hide: named, and not taken for scatter of the runs."""
+"""Effects that laboratories of other friction hide are named, and are no scatter of the runs."""
 
 from __future__ import annotations
 
