@@ -94,15 +94,15 @@ Chosen: each explains 97 % of the sum of squares of the other.
 
 WARN_DEG = 30.0
 """Effects within this angle are hard to separate. A named effect that gains as much as one at this
-angle from the best shape is selected: a real effect never has exactly the form of the library.
+angle from the best shape is selected: a real effect never has exactly the form of the library. An
+effect that is confounded with the form error must explain as much of that.
 
 Chosen: each explains three quarters of the sum of squares of the other.
 """
 
 FORM_EXPLAINS = 0.5
 """Share of what functions of the torque's history can explain that another form of the hysteresis
-must explain to be selected: less may be a missing effect that the operators imitate. An effect that
-is confounded with the form error must explain the same share of that.
+must explain to be selected: less may be a missing effect that the operators imitate.
 
 Chosen: half, on even seeds of tests/rig/laboratory.py and a few of the older rig.
 """

@@ -33,6 +33,7 @@ from lostmotion.discover.gates import (
     is_of_form,
     judge_all,
     runs_separate,
+    share_at,
 )
 from lostmotion.discover.growing_model import Contender, GrowingModel, Lead
 from lostmotion.discover.ladder import gain
@@ -217,14 +218,14 @@ class RecordedModel(GrowingModel):
     def beside_form_error(self, found: Contender) -> Contender | None:
         """Estimate the form error together with an effect that was fitted without it.
 
-        None if the effect explains less than `rules.FORM_EXPLAINS` of the form error: then it may
-        imitate a part of that.
+        None if the effect explains less of the form error than a named effect must explain of what
+        a shape does (`rules.WARN_DEG`): then it may imitate a part of that.
         """
         base, noise = model_of(found), self.noise
         effects, _ = named_candidates(self.effects, base, base.at(), self.ratio)
         settled = settle(with_form_error(base, noise, effects), noise)
         left = form_error_size(settled) ** 2
-        if left > (1.0 - rules.FORM_EXPLAINS) * form_error_size(self.now) ** 2:
+        if left > (1.0 - share_at(rules.WARN_DEG)) * form_error_size(self.now) ** 2:
             return None
         by_run = settled.density - self.now.density
         return replace(
@@ -356,7 +357,7 @@ class RecordedModel(GrowingModel):
         """Add effects that are confounded with the form error, judged without a form error.
 
         Together with a form error such effects explain almost nothing. One of them is found if it
-        explains at least `rules.FORM_EXPLAINS` of the form error.
+        explains enough of the form error (`beside_form_error`).
         """
         if self.now.base.form_error is None:
             return leads
