@@ -43,7 +43,7 @@ class Candidate:
     formula : str
         A shape as ``fit --add`` takes it, where it can be written.
     odd : bool
-        Whether it changes its sign with the torque, see `Effect.turns_with_torque`.
+        Whether it changes its sign with torque and motion, see `Effect.turns_with_torque`.
     of_form : bool
         Whether it is confounded with the form error: with this plan it is a function of the torque
         and its history, as creep is if all runs have the same loading rate.

@@ -42,10 +42,11 @@ STEP_RIDGE = 1e-9
 
 SHARES = (1.0, 0.5, 0.25, 0.0)
 """Fractions of the step of the parameters, tried in order until the misfit falls, because kinks can
-make the whole step overshoot."""
+make the whole step overshoot. A step of no fraction moves the deviations alone."""
 
 OWN_SHARES = (1.0, 0.4, 0.0)
-"""Fractions of the step of the deviations; each run takes the one with its least misfit."""
+"""Fractions of the step of the deviations; each run takes the one with its least misfit.
+The next linearisation continues from where a run stopped."""
 
 REFIT_STEPS = 12
 """Evaluations of a joint refit. Chosen: by the time of a diagnosis; `settle` continues from there.
