@@ -39,6 +39,7 @@ GROUND = (
     "torsion_curve",
     "catalogue",
     "condition_cards",
+    "content_key",
     "core",
     "errors",
     "files",

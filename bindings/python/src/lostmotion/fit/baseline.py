@@ -11,13 +11,14 @@ with half widths times (1 + f_run) (`hysteresis`); a, f and g are the deviations
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 
 import numpy as np
 
 from lostmotion.arrays import BoolArray, FloatArray
+from lostmotion.content_key import content_key
 from lostmotion.effects.conditions import Conditions, side_by_side
 from lostmotion.fit.deviations import DEVIATIONS, GAP, gap_closed, stiffness_factor, width_factor
 from lostmotion.fit.form_error import FormBasis, FormError
@@ -292,7 +293,8 @@ class BaselineModel:
     ) -> Solution:
         """Least squares with free offsets of the runs; the deviations are kept.
 
-        It uses variables in which the sticking limits are bounds (`Sticking`).
+        It uses variables in which the sticking limits are bounds (`Sticking`). A fit from the same
+        start is done once.
 
         Parameters
         ----------
@@ -306,7 +308,22 @@ class BaselineModel:
             Relative decrease of the cost below which the fit ends.
         """
         c = self.conditions
-        sticking = Sticking(self.filed_places(), self.hysteresis.knee_Nm, self.rises)
+        used = None if rows is None else content_key(rows)
+        key = ("fit", *self.content_key(), noise, steps, used, tolerance)
+        solution: Solution = c.once(key, self.fitted, noise, steps, rows, tolerance)
+        self.set_vector(self.sticking.vector(solution.x))
+        return solution
+
+    @property
+    def sticking(self) -> Sticking:
+        """Variables of a fit, see `Sticking`."""
+        return Sticking(self.filed_places(), self.hysteresis.knee_Nm, self.rises)
+
+    def fitted(
+        self, noise: float, steps: int, rows: BoolArray | None, tolerance: float
+    ) -> Solution:
+        """Result of `fit`, in its variables; the parameters are left at any point of the search."""
+        c, sticking = self.conditions, self.sticking
         blocks = self.blocks()  # only values and derivatives change, and these are made at a point
         made: FloatArray | None = None  # pages of new memory take as long as a column
 
@@ -333,7 +350,7 @@ class BaselineModel:
             return np.concatenate((residual, known)), derivatives
 
         x, low, high = self.vector()
-        solution = bounded_least_squares(
+        return bounded_least_squares(
             evaluate,
             sticking.free(x),
             low,
@@ -342,8 +359,6 @@ class BaselineModel:
             tolerance=tolerance,
             limit=sticking.limit,
         )
-        self.set_vector(sticking.vector(solution.x))
-        return solution
 
     def first_fit(self, steps: int = 25, rows: BoolArray | None = None) -> Solution:
         """Fit an unfitted model from several starts; the lowest error counts.
@@ -361,6 +376,15 @@ class BaselineModel:
                 best, best_x = found, self.vector()[0]
         self.set_vector(best_x)
         return best
+
+    def content_key(self) -> tuple[Hashable, ...]:
+        """All that a fit depends on beside the recordings, as a key: equal models have equal keys.
+
+        The noise within runs acts through the priors of the blocks; a form error is in no fit.
+        """
+        apart = {"conditions", "form_basis", "form_error", "noise_arcsec"}
+        parts = {name: part for name, part in vars(self).items() if name not in apart}
+        return content_key(parts), content_key([block.prior for block in self.blocks()])
 
     def copy(self) -> BaselineModel:
         """An independent copy of the model."""

@@ -8,7 +8,7 @@ zero of an encoder is arbitrary.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from functools import cached_property
 from itertools import pairwise
 
@@ -209,16 +209,17 @@ def held_out_residual(
 
 
 class LeftOutResiduals:
-    """Leave-one-run-out residuals of models, each computed once."""
+    """Leave-one-run-out residuals of models, of equal ones once."""
 
     def __init__(self) -> None:
-        self.known: dict[int, tuple[BaselineModel, FloatArray]] = {}
+        self.known: dict[Hashable, FloatArray] = {}
 
     def of(self, base: BaselineModel) -> FloatArray:
-        """`held_out_residual` of a model that is not changed afterwards."""
-        if id(base) not in self.known:
-            self.known[id(base)] = (base, held_out_residual(base))
-        return self.known[id(base)][1]
+        """`held_out_residual` of a model."""
+        key = base.content_key()
+        if key not in self.known:
+            self.known[key] = held_out_residual(base)
+        return self.known[key]
 
 
 def own_states(base: BaselineModel, pieces: Sequence[slice]) -> list[IntArray]:
