@@ -198,24 +198,48 @@ class Evaluation:
     ----------
     log_omega : ndarray
         Logarithms of the variances.
-    value, slope, curvature : float, ndarray, ndarray
-        Minus the restricted log likelihood, nats, its slope and its expected curvature over the
-        logarithms of the variances.
+    value : float
+        Minus the restricted log likelihood, nats.
     solved, log_det : ndarray
         Of `without_scatter`: for the columns of the hypothesis, then for the scattering columns.
+    factor, delta : ndarray
+        Cholesky factor of the normal equations of the hypothesis, and their solution.
     """
 
     log_omega: FloatArray
     value: float
-    slope: FloatArray
-    curvature: FloatArray
     solved: FloatArray
     log_det: FloatArray
+    factor: FloatArray
+    delta: FloatArray
 
     @property
     def omega(self) -> FloatArray:
         """The variances."""
         return np.exp(self.log_omega)
+
+    @property
+    def slope(self) -> FloatArray:
+        """Slope of the value over the logarithms of the variances."""
+        return self.derivatives[0]
+
+    @property
+    def curvature(self) -> FloatArray:
+        """Expected curvature; it neglects the coupling of the runs by the coefficients."""
+        return self.derivatives[1]
+
+    @cached_property
+    def derivatives(self) -> tuple[FloatArray, FloatArray]:
+        """Slope and curvature, as costly as the value: of steps that are taken back not needed."""
+        omega, n = self.omega, self.delta.size + 1
+        c, a = self.solved[:, :, :n], self.solved[:, :, n:]
+        rest = c[:, :, -1] - c[:, :, :-1] @ self.delta
+        spread, _ = dtrtrs(self.factor.T, c[:, :, :-1].reshape(-1, n - 1).T, trans=1)
+        spread = spread.T.reshape(*c.shape[:2], n - 1)
+        slope = 0.5 * (np.einsum("rkk->k", a) - (spread**2).sum((0, 2)) - (rest**2).sum(0))
+        own = a - spread @ spread.transpose(0, 2, 1)
+        curvature = 0.5 * (own**2).sum(axis=0)
+        return slope * omega, curvature * np.outer(omega, omega)
 
 
 class RestrictedLikelihood:
@@ -244,27 +268,17 @@ class RestrictedLikelihood:
         return other
 
     def __call__(self, log_omega: FloatArray) -> Evaluation:
-        """Evaluate; the curvature neglects the coupling of the runs by the coefficients."""
+        """Evaluate."""
         omega, n = np.exp(log_omega), self.total.shape[0]
         solved, log_det = without_scatter(self.gram, omega, self.both)
-        c, a = solved[:, :, :n], solved[:, :, n:]
         flat = (self.cross * omega[:, None]).reshape(-1, n)
-        x = self.total - flat.T @ c.reshape(-1, n)
+        x = self.total - flat.T @ solved[:, :, :n].reshape(-1, n)
         factor = factored(x[:-1, :-1] + self.ridge)
         half, _ = dtrtrs(factor.T, x[:-1, -1], trans=1)
         delta, _ = dtrtrs(factor.T, half)
         q = x[-1, -1] - half @ half
         value = 0.5 * (float(log_det.sum()) + q + 2.0 * np.log(np.diag(factor)).sum())
-        rest = c[:, :, -1] - c[:, :, :-1] @ delta
-        spread, _ = dtrtrs(factor.T, c[:, :, :-1].reshape(-1, n - 1).T, trans=1)
-        spread = spread.T.reshape(*c.shape[:2], n - 1)
-        slope = 0.5 * (np.einsum("rkk->k", a) - (spread**2).sum((0, 2)) - (rest**2).sum(0))
-        own = a - spread @ spread.transpose(0, 2, 1)
-        curvature = 0.5 * (own**2).sum(axis=0)
-        scale = np.outer(omega, omega)
-        return Evaluation(
-            log_omega, float(value), slope * omega, curvature * scale, solved, log_det
-        )
+        return Evaluation(log_omega, float(value), solved, log_det, factor, delta)
 
     def descend(self, start: FloatArray) -> Evaluation:
         """The end of a descent by Fisher scoring."""
