@@ -207,31 +207,34 @@ def solve_within(
     limited = False
     sides = np.column_stack((drawn, weight))
     rounding = DRAWN * float(np.abs(drawn).max())
+    columns = np.ascontiguousarray(firm.T)  # LAPACK takes contiguous columns without a copy
     for _ in range(CHANGES_MOST * right.size):
-        free, multiplier, step = np.flatnonzero(side == 0), 0.0, np.zeros_like(x)
+        free, multiplier, step = (side == 0).nonzero()[0], 0.0, np.zeros(right.size)
         if free.size:
-            sides[:, 0] = drawn - firm @ x
-            _, moves, _ = dposv(firm[free][:, free], sides[free])
+            np.subtract(drawn, firm @ x, out=sides[:, 0])
+            own = columns.take(free, 0).take(free, 1).T
+            _, moves, _ = dposv(own, sides.take(free, 0), overwrite_a=1)
             step[free] = moves[:, 0]
             if limited and (fall := float(weight[free] @ moves[:, 1])) > 0.0:
                 multiplier = float(weight @ (x + step) - most) / fall
                 step[free] -= multiplier * moves[:, 1]
         share = share_within(x, step, low, high)
-        first, grows = int(np.argmin(share)), float(weight @ step)
+        first, grows = int(share.argmin()), float(weight @ step)
+        reached = float(share[first])
         room = np.inf
         if grows > 0.0 and not limited:
             room = max(most - float(weight @ x), 0.0) / grows
-        x += min(float(share[first]), room, 1.0) * step
-        if room < min(share[first], 1.0):
+        x += min(reached, room, 1.0) * step
+        if room < min(reached, 1.0):
             limited = True
-        elif share[first] < 1.0:
-            side[first] = np.sign(step[first])
-            x[first] = low[first] if step[first] < 0 else high[first]
+        elif reached < 1.0:
+            falls = step[first] < 0
+            side[first], x[first] = (-1, low[first]) if falls else (1, high[first])
         elif multiplier < 0.0:
             limited = False
         else:
             pull = side * (firm @ x - drawn + multiplier * weight)
-            first = int(np.argmax(pull))
+            first = int(pull.argmax())
             if pull[first] <= rounding:
                 break
             side[first] = 0
