@@ -126,8 +126,9 @@ def settle(base: BaselineModel, noise: Noise, rounds: int = ROUNDS) -> Settled:
     best = contest_at(current, noise, point=point)
     objective = objective_at(misfit, current, residual, best)
     least_rms = rms_of(residual)
+    step, own = bounded_step(current, best)
     for _ in range(rounds):
-        found = move(misfit, current, residual, best)
+        found = move(misfit, current, residual, best, step, own)
         if found is None or rms_of(found[1]) >= rules.WORSE * least_rms:
             break
         moved, residual, point = found
@@ -137,10 +138,10 @@ def settle(base: BaselineModel, noise: Noise, rounds: int = ROUNDS) -> Settled:
             break
         fall = objective - value
         current, best, objective = moved, contest, value
+        step, own = bounded_step(current, best)
         least_rms = min(least_rms, rms_of(residual))
         if fall < SETTLED:
             break
-    step, _ = bounded_step(current, best)
     beyond = misfit.by_run(current, residual, best) - linear_misfit(best, step)
     return Settled(current, best, noise, beyond)
 
@@ -168,35 +169,48 @@ def objective_at(
 
 
 def move(
-    misfit: Misfit, current: BaselineModel, residual: FloatArray, contest: Contest
+    misfit: Misfit,
+    current: BaselineModel,
+    residual: FloatArray,
+    contest: Contest,
+    step: FloatArray,
+    own: FloatArray,
 ) -> tuple[BaselineModel, FloatArray, Point] | None:
     """Move a model by the part of a Gauss-Newton step that lowers its misfit, if any.
 
     A kink may be passed in one run only, so each run takes its own part of its deviations' step.
     Returns the model with its residual and its point.
-    """
-    step, own = bounded_step(current, contest)
 
-    def after(share: float, own_shares: FloatArray) -> tuple[BaselineModel, FloatArray]:
+    Parameters
+    ----------
+    misfit, current, residual, contest
+        The model with its residual and its evidence.
+    step, own : ndarray
+        Its `bounded_step`.
+    """
+    before = misfit.by_run(current, residual, contest)
+
+    def after(
+        share: float, own_shares: FloatArray
+    ) -> tuple[BaselineModel, FloatArray, Point, FloatArray]:
         moved = current.copy()
         take_step(moved, contest.evidence.scale, step, own, share, own_shares)
-        return moved, moved.residual()
+        point = moved.at()
+        rest = moved.residual(point)
+        return moved, rest, point, misfit.by_run(moved, rest, contest)
 
-    before = misfit.by_run(current, residual, contest)
     for share in SHARES:
         own_shares, least = np.zeros(before.size), np.full(before.size, np.inf)
         for trial in OWN_SHARES:
-            moved, rest = after(share, np.full(before.size, trial))
-            by_run = misfit.by_run(moved, rest, contest)
+            moved, rest, point, by_run = after(share, np.full(before.size, trial))
             own_shares[by_run < least] = trial
             least = np.minimum(least, by_run)
             if np.all(least <= before):
                 break
         if np.any(own_shares != trial):
-            moved, rest = after(share, own_shares)
-        if misfit(moved, rest, contest) < before.sum():
-            point = moved.at()
-            return moved, moved.residual(point), point
+            moved, rest, point, by_run = after(share, own_shares)
+        if float(by_run.sum()) < before.sum():
+            return moved, rest, point
     return None
 
 

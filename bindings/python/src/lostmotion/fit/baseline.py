@@ -158,9 +158,11 @@ class BaselineModel:
         torque, width, plays, wound = self.driven()
         torsion_curve = self.curve.angle(wound)
         stiffness = stiffness_factor(self.deviations)[self.conditions.run_of]
-        slope = stiffness * self.curve.slope_at(wound)
+        slope_at = self.curve.copy().slope_at  # the parameters may have changed when it is called
         elastic, angle = self.angles(torque, plays, wound, torsion_curve)
-        return Point(torque, width, plays, wound, stiffness, slope, torsion_curve, elastic, angle)
+        return Point(
+            torque, width, plays, wound, stiffness, slope_at, torsion_curve, elastic, angle
+        )
 
     def angle(self) -> FloatArray:
         """Angle of `at` alone, for differences: several times quicker."""

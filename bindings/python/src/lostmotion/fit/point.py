@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 from lostmotion.arrays import FloatArray
 
@@ -23,8 +25,8 @@ class Point:
         Torque minus friction in parallel, the input of the torsion curve.
     stiffness : ndarray
         Factor of each run on the torsion curve.
-    slope : ndarray
-        Derivative of the torsion curve by the torque, with that factor.
+    slope_at : callable
+        Slope of the torsion curve at torques, without that factor.
     torsion_curve, elastic, angle : ndarray
         Torsion curve without that factor; elastic angle; with effects of the angle.
     """
@@ -34,7 +36,12 @@ class Point:
     plays: FloatArray
     wound: FloatArray
     stiffness: FloatArray
-    slope: FloatArray
+    slope_at: Callable[[FloatArray], FloatArray]
     torsion_curve: FloatArray
     elastic: FloatArray
     angle: FloatArray
+
+    @cached_property
+    def slope(self) -> FloatArray:
+        """Derivative of the torsion curve by the torque: only derivatives of the model use it."""
+        return self.stiffness * self.slope_at(self.wound)
