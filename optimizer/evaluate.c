@@ -440,6 +440,36 @@ static lm_real end_row(const lm_problem *problem, const tolerance_state *toleran
   return gap_row(problem, tolerance, &end.gap);
 }
 
+/* The smallest gap of one flank between the angles of the scan: at the vertex of the parabola
+ * through its largest row and both neighbours; without such a row inside, a row that is not active.
+ * A search that compares only the angles of the scan finds the designs that interfere between them.
+ * `row` is the flank's own at the first angle, the next one `stride` further. */
+static lm_real vertex_row(const lm_problem *problem, const lm_scan *scan,
+                          const tolerance_state *tolerance, const lm_mesh *mesh,
+                          const lm_real row[], int stride, int forward) {
+  lm_clearance clearance;
+  lm_real rise;
+  lm_real fall;
+  lm_real step;
+  int peak = 0;
+  int i;
+  for (i = 1; i < scan->rising; i++) {
+    peak = row[i * stride] > row[peak * stride] ? i : peak;
+  }
+  if (peak == 0 || peak + 1 == scan->rising) {
+    return LM_REAL(-LM_GAP_FREE_ARCMIN);
+  }
+  rise = row[peak * stride] - row[(peak - 1) * stride];
+  fall = row[peak * stride] - row[(peak + 1) * stride];
+  if (!(rise + fall > LM_REAL(0))) {
+    return LM_REAL(-LM_GAP_FREE_ARCMIN);
+  }
+  step = LM_REAL(scan->angle[peak + 1].offset_rad - scan->angle[peak].offset_rad);
+  clearance = lm_tooth_clearance(mesh, LM_REAL(scan->angle[peak].offset_rad) +
+                                           step * (rise - fall) / (LM_REAL(2) * (rise + fall)));
+  return gap_row(problem, tolerance, forward ? &clearance.forward : &clearance.backward);
+}
+
 /* Places of the face width at which the limits are evaluated: both edges, where the smallest gap is
  * with few exceptions, which the verification finds (lm_find_face_gap), or the middle if
  * planar_only is requested. */
@@ -460,14 +490,15 @@ static lm_status make_edges(const lm_drive *drive, int nodes, lm_design_workspac
                            fault);
 }
 
-/* The angle varies slowest, then section, then flank; the ends of the overlap are last. The angles
- * that are measured from the axis are first and rise. */
+/* The angle varies slowest, then section, then flank; then come the ends of the overlap, then the
+ * vertices. The angles that are measured from the axis are first and rise. */
 static void measure_gaps(const lm_problem *problem, const lm_scan *scan, const lm_drive *drive,
                          const tolerance_state *tolerance, const lm_design_workspace *workspace,
                          lm_real row[]) {
   const lm_real junction = workspace->face[0].line.shape.contact_half_angle_rad;
   const int sections = edges_of(drive);
   lm_real *ends = row + 2 * scan->count * sections;
+  lm_real *vertices = ends + 2 * sections;
   int section;
   int i;
   for (section = 0; section < sections; section++) {
@@ -492,6 +523,10 @@ static void measure_gaps(const lm_problem *problem, const lm_scan *scan, const l
                                                   angle, &before.backward, last, 0));
       }
       before = clearance;
+    }
+    for (i = 0; i < 2; i++) {
+      vertices[2 * section + i] =
+          vertex_row(problem, scan, tolerance, mesh, row + 2 * section + i, 2 * sections, i == 0);
     }
   }
 }

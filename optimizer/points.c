@@ -500,7 +500,7 @@ void lm_lay_out(const lm_problem *problem, const lm_scan *scan, lm_layout *layou
   }
   layout->single_start = next;
   layout->gap_start = next + LM_SINGLE_ROWS;
-  layout->gap_count = 2 * (scan->count + 1) * sections;
+  layout->gap_count = 2 * (scan->count + 2) * sections;
   layout->count = layout->gap_start + layout->gap_count;
 }
 

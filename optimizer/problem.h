@@ -193,17 +193,17 @@ typedef struct lm_scan {
 } lm_scan;
 
 /* Layout of the results of one evaluation: the branches of each figure (the figure is the largest
- * of them), the single rows by lm_limit, then the gaps: two flanks for each angle and edge, and
- * for each end of the overlap. */
+ * of them), the single rows by lm_limit, then the gaps: two flanks for each angle and edge, for
+ * each end of the overlap, and between the angles where the gap is smallest. */
 #define LM_BRANCH_MAX (3 * LM_PHASE_MAX + LM_PHASE_MAX * (LM_PHASE_MAX - 1) + 2)
-#define LM_RESULT_MAX (LM_BRANCH_MAX + LM_SINGLE_ROWS + 2 * (LM_ANGLE_MAX + 1) * LM_EDGES)
+#define LM_RESULT_MAX (LM_BRANCH_MAX + LM_SINGLE_ROWS + 2 * (LM_ANGLE_MAX + 2) * LM_EDGES)
 
 typedef struct lm_layout {
   int figure_start[LM_FIGURE_COUNT];
   int figure_count[LM_FIGURE_COUNT];
   int single_start;
   int gap_start;
-  int gap_count; /* angle slowest, then section, then forward, backward; last the ends */
+  int gap_count; /* angle slowest, section, then forward, backward; the ends; the vertices */
   int count;
 } lm_layout;
 

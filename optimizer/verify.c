@@ -153,7 +153,8 @@ static void keep_fine_limits(lm_task_state *s) {
   solve_exactly(s, unit);
 }
 
-/* The answer at the phases of the search, like the figures of all other designs of the front. */
+/* The answer at the phases of the search, like the figures of all other designs of the front. Gaps
+ * differ there by a part of the reserve, because the line is coarser. */
 static void measure_as_searched(lm_task_state *s, const lm_problem *stated, int nodes) {
   double unit[LM_FREE_MAX];
   if (s->problem == stated) {
@@ -163,7 +164,11 @@ static void measure_as_searched(lm_task_state *s, const lm_problem *stated, int 
   s->problem = stated;
   s->scan.nodes = nodes;
   begin_anew(s);
-  (void)lm_evaluate_task_point(s, unit, 0);
+  if (lm_evaluate_task_point(s, unit, 0) && lm_gap_row_of(&s->layout, s->result) > 0 &&
+      lm_close_gap(s->problem, &s->layout, s->combination, s->result, unit)) {
+    begin_anew(s);
+    (void)lm_evaluate_task_point(s, unit, 0);
+  }
 }
 
 /* Fixes the value of the range. */
@@ -198,11 +203,15 @@ void lm_mark_verified(lm_task_state *s) {
   }
 }
 
-/* The design of the answer, if it satisfies the certificate. */
+/* Whether the answer has a design that satisfies the certificate. */
+static int holds(lm_task_state *s) {
+  return s->answer->computed && s->answer->violation <= 0 && holds_between(s, s->answer->unit);
+}
+
 static void keep_verified(lm_task_state *s) {
   double objective[LM_OBJECTIVE_MAX] = {0};
   int i;
-  if (!s->answer->computed || s->answer->violation > 0 || !holds_between(s, s->answer->unit)) {
+  if (!holds(s)) {
     return;
   }
   for (i = 0; i < s->problem->objective_count; i++) {
@@ -217,6 +226,7 @@ void lm_verify_design(lm_task_state *s, const lm_task *task) {
   const int nodes = s->scan.nodes;
   double unit[LM_FREE_MAX];
   lm_answer kept;
+  int rounded = 0;
   int k;
   memcpy(unit, task->unit, sizeof unit);
   solve_exactly(s, unit);
@@ -233,6 +243,7 @@ void lm_verify_design(lm_task_state *s, const lm_task *task) {
     if (fabs(grade - round(grade)) <= 1e-9) {
       continue; /* at a bound: nothing to choose */
     }
+    rounded = 1;
     memcpy(other, s->answer->unit, sizeof other);
     kept = *s->answer;
     kept.computed = 0;
@@ -265,11 +276,11 @@ void lm_verify_design(lm_task_state *s, const lm_task *task) {
     kept.feasible = s->answer->feasible;
     *s->answer = kept;
   }
-  if (s->answer->computed) {
+  if (s->answer->computed && (rounded || !holds(s))) {
     memcpy(unit, s->answer->unit, sizeof unit);
     solve_exactly(s, unit);
+    keep_fine_limits(s);
   }
-  keep_fine_limits(s);
   measure_as_searched(s, p, nodes);
   /* Only the verified design counts: the others still have fractional grades. */
   s->answer->solution_count = 0;
