@@ -21,6 +21,11 @@
 #define LOOKS_SHARE 0.05     /* largest share for examinations of the ends at a time */
 #define RACE_SHARE 0.03
 
+/* Two objectives: evaluations of the local solver for one of the population. With three and more
+ * there are many more directions than tasks, and the population alone had more of the front. */
+#define SOLVER_PART 0.25
+#define SOLVER_SLOPES 40 /* gradients of one of its tasks; from far away most take half */
+
 #define EPOCH_BUDGET 4000 /* evaluations of a population before a new one starts */
 #define ISLAND_BUDGET 100 /* evaluations of one island between two exchanges: a generation */
 /* Below this budget there are two islands; with more than one objective they have all of the budget
@@ -162,13 +167,16 @@ static int is_end(const lm_search *search, const lm_solution *found) {
 
 /* The last population is too small for a wide front: if the kept designs exceed its size, half of
  * its places go to the ends of each combination's part, which are the hardest to reach, and to
- * designs drawn along all kept ones. */
+ * designs drawn along all kept ones. With two objectives always, so that the solver's designs are
+ * parents. */
 static void recall_front(lm_search *search, int places) {
   const int held = search->population_count;
   const int first = held < places / 2 ? held : places / 2;
   int last = places;
   int n;
-  if (search->epoch_end < search->problem.evaluations || search->archive_count < places) {
+  if (search->archive_count == 0 ||
+      (search->problem.objective_count > 2 &&
+       (search->epoch_end < search->problem.evaluations || search->archive_count < places))) {
     return;
   }
   find_least(search);
@@ -185,10 +193,11 @@ static void recall_front(lm_search *search, int places) {
   search->population_count = places;
 }
 
-/* Whether the population alone has the rest of the budget. */
+/* Whether this stage has the rest of the budget. */
 static int has_rest(const lm_search *search) {
-  return search->problem.objective_count > 1 && search->extremes_sought &&
-         search->problem.evaluations < FEW_EVALUATIONS;
+  const int objectives = search->problem.objective_count;
+  return search->extremes_sought &&
+         (objectives == 2 || (objectives > 2 && search->problem.evaluations < FEW_EVALUATIONS));
 }
 
 /* Islands exchange designs by redistributing the population, best first in turn. */
@@ -229,8 +238,10 @@ void lm_plan_evolve(lm_search *search) {
     search->extremes_sought++;
     lm_add_extreme_points(search);
   }
-  if (rest && search->extremes_sought > 1 && objectives == 2) {
-    lm_add_interpolations(search);
+  if (objectives == 2 && search->solver_used <= SOLVER_PART * search->evolved &&
+      lm_count_screened(search) > 0) {
+    lm_add_solver_task(search, LM_TASK_SLSQP, search->archive, search->archive_count,
+                       SOLVER_SLOPES * lm_slope_charge(&search->problem));
   }
 }
 

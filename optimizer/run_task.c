@@ -35,22 +35,6 @@ static void screen(lm_task_state *s, const lm_task *task) {
   }
 }
 
-/* Designs between two optima of neighbouring scalarised objectives are good for the objectives
- * between: equally spaced points on the line, each with its gap closed. */
-static void bridge(lm_task_state *s, const lm_task *task) {
-  const int points = task->budget / 2 > 0 ? task->budget / 2 : 1;
-  int i;
-  int k;
-  for (i = 1; i <= points && !s->interrupted; i++) {
-    const double share = (double)i / (points + 1);
-    double unit[LM_FREE_MAX] = {0};
-    for (k = 0; k < s->problem->range_count; k++) {
-      unit[k] = task->unit[k] + share * (task->parent[0].unit[k] - task->unit[k]);
-    }
-    look(s, unit);
-  }
-}
-
 lm_status lm_run_task(const lm_problem *problem, const lm_task *task, lm_answer *answer,
                       lm_workspace *workspace, const volatile int *stop) {
   lm_task_state s;
@@ -84,9 +68,6 @@ lm_status lm_run_task(const lm_problem *problem, const lm_task *task, lm_answer 
         look(&s, unit);
       }
       lm_mark_verified(&s);
-      break;
-    case LM_TASK_INTERPOLATE:
-      bridge(&s, task);
       break;
     case LM_TASK_REPAIR:
       lm_repair(&s, task);

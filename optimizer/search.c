@@ -17,7 +17,7 @@
 #define SETTLE_PART 0.3      /* of the search's evaluations: largest total of the solver */
 #define FRONT_PART 1.0       /* of them, for the verification of a front of two objectives */
 #define ROUND_CHARGE 2       /* of a design: grades to the nearest, then down and up */
-#define SETTLE_CHECKS 10     /* checks of one design that the solver continues from */
+#define SETTLE_CHECKS 2      /* checks charged of a design: solved, and solved again */
 /* Share of a front of whole grades that remains after rounding, to estimate the work; chosen on the
  * specs in the package and of the tests: 0.07 to 0.6 with two objectives, 0.8 with three. */
 #define ROUNDED_OF_TWO 0.2
@@ -101,79 +101,45 @@ static void plan_settle(lm_search *search, int wanted, int budget) {
   }
 }
 
-/* The step of the verified front with the largest area but `passed`; -1: there are no more. */
-static int find_step(const lm_search *search, int passed) {
-  const lm_solution *front = search->verified;
-  double last = HUGE_VAL;
-  int widest = -1;
-  int n;
-  for (n = 0; n <= passed; n++) {
-    double most = 0;
-    int i;
-    widest = -1;
-    for (i = 0; i + 1 < search->verified_count; i++) {
-      const double area = (front[i + 1].objective[0] - front[i].objective[0]) *
-                          (front[i].objective[1] - front[i + 1].objective[1]);
-      if (area > most && area < last) {
-        most = area;
-        widest = i;
-      }
-    }
-    if (widest < 0) {
-      break;
-    }
-    last = most;
-  }
-  return widest;
-}
-
-/* Two objectives: into the widest steps of the verified front, from both sides, towards the inner
- * corner. The designs of the search are optimal for coarse angles and fractional grades, and their
- * front is another one, so the solver continues on the front that is delivered. */
-static void plan_steps(lm_search *search, int wanted, int budget) {
-  int n;
-  search->steps_passed = search->verify_gains > 0 ? 0 : search->steps_passed + (wanted + 1) / 2;
-  for (n = 0; search->batch_count < wanted; n++) {
-    const int step = find_step(search, search->steps_passed + n);
-    int i;
-    int j;
-    if (step < 0) {
-      return;
-    }
-    for (i = 0; i < 2; i++) {
-      const lm_solution *side = &search->verified[step];
-      lm_task *task =
-          lm_add_task(search, LM_TASK_VERIFY, side[i].combination, budget, side[i].unit);
-      for (j = 0; j < 2; j++) {
-        task->scalar.weight[j] = 1;
-        task->scalar.origin[j] = fmin(side[0].objective[j], side[1].objective[j]);
-        task->scalar.scale[j] = fabs(side[0].objective[j] - side[1].objective[j]);
-      }
-    }
+/* The ends of a front of two objectives are flat: among designs that differ by less in the one than
+ * the front can keep apart, the one with the least of the other. */
+static void plan_ends(lm_search *search, const lm_solution front[], int count, int budget) {
+  int j;
+  for (j = 0; j < 2; j++) {
+    lm_scalarisation *scalar =
+        &add_settling(search, &front[j == 0 ? 0 : count - 1], budget)->scalar;
+    scalar->most[j] = scalar->origin[j] + scalar->scale[j] / LM_ARCHIVE_MAX;
+    scalar->weight[j] = 0;
   }
 }
 
-/* The solver's designs: half of them from the front of the search, and of two objectives the others
- * from what is verified then, in rounds. */
+/* The solver's designs. With two objectives it continues from both ends of the front of the search
+ * and then, in rounds, on the front that is delivered: the designs of the search are optimal for
+ * fractional grades, and their front is another one. Each round has a quarter of the rest. */
 static void plan_solver(lm_search *search) {
+  const int verified = search->verified_count > 0;
+  const lm_solution *front = verified ? search->verified : search->archive;
+  const int count = verified ? search->verified_count : search->archive_count;
+  const double left = FRONT_PART * search->problem.evaluations - search->verify_used;
   int budget;
   int wanted = count_settled(search, &budget);
+  const int each = budget + SETTLE_CHECKS * CHECK_CHARGE;
   if (search->problem.objective_count != 2) {
     if (search->round == 0) {
       plan_settle(search, wanted, budget);
     }
     return;
   }
-  wanted = (int)((FRONT_PART * search->problem.evaluations - search->verify_used) /
-                 (budget + SETTLE_CHECKS * CHECK_CHARGE));
-  wanted = wanted < 2 * LM_VERIFIED_MAX ? wanted : 2 * LM_VERIFIED_MAX;
   if (search->round == 0) {
-    plan_settle(search, wanted < 4 ? 2 : wanted / 2, budget);
-    search->steps_part = wanted / 4;
-  } else {
-    plan_steps(search, wanted < search->steps_part ? wanted : search->steps_part, budget);
+    plan_settle(search, 2, budget);
+    return;
   }
-  search->verify_gains = 0;
+  if (search->round == 1) {
+    plan_ends(search, front, count, budget);
+  }
+  for (wanted = 0; wanted < left / (4 * each) && search->batch_count < LM_BATCH_MAX; wanted++) {
+    lm_add_solver_task(search, LM_TASK_VERIFY, front, count, budget);
+  }
 }
 
 /* No design holds: from points near the best design, and from the best ones of other
@@ -361,8 +327,8 @@ static void gather_members(lm_search *search, const lm_answer *answer) {
 }
 
 static void insert_settled(lm_search *search, const lm_solution *found) {
-  search->verify_gains += lm_insert_solution(&search->problem, search->verified,
-                                             &search->verified_count, LM_ARCHIVE_MAX, found);
+  (void)lm_insert_solution(&search->problem, search->verified, &search->verified_count,
+                           LM_ARCHIVE_MAX, found);
 }
 
 /* Cost of a task of the verification, in plain evaluations. */
@@ -392,13 +358,20 @@ static void reduce_answer(lm_search *search, const lm_task *task, const lm_answe
         lm_insert_solution(p, search->rounded, &search->rounded_count, LM_ARCHIVE_MAX,
                            &answer->solution[i]);
       } else {
+        lm_combination_state *state = &search->state[answer->combination];
         insert_settled(search, &answer->solution[i]);
+        lm_insert_solution(p, state->pool, &state->pool_count, LM_POOL_MAX, &answer->solution[i]);
       }
     }
     return;
   }
   if (task->kind != LM_TASK_REPAIR) {
     search->used = lm_add_count(search->used, lm_charge_of(p, answer));
+    if (task->kind == LM_TASK_EVOLVE) {
+      search->evolved = lm_add_count(search->evolved, lm_charge_of(p, answer));
+    } else if (task->kind == LM_TASK_SLSQP) {
+      search->solver_used = lm_add_count(search->solver_used, lm_charge_of(p, answer));
+    }
   } else if (answer->violation > 0 &&
              (!search->has_nearest || answer->value < search->nearest_slack)) {
     search->has_nearest = 1;

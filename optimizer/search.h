@@ -12,17 +12,19 @@
  * Stages: bounds prune combinations without any evaluation; initial designs are examined and join
  * the first population; a screen examines a few points of each combination; populations over all
  * combinations find the promising regions, and with more than one objective use the ends of the
- * front, which a local solver finds, as parents; a race halves the number of combinations while it
- * doubles their budget; the last ones are polished; then the budget goes into the trade-off (two
- * objectives: levels of the second one; more: directions) or, for one objective, into restarts
- * (with a few thousand evaluations and more than one objective the populations have all of it
- * instead); if no design satisfies all limits, the nearest combinations are repaired; in the end
- * the designs of the front are verified (whole grades, no violation between the angles of the scan
- * and between the tooth phases): all of them with their grades rounded, then a solver continues
- * from the ends and from those that did not hold, and with two objectives in rounds from the widest
- * steps of the verified front, until the verification has cost as much as the search; if none
- * holds, from their neighbours. Neither repair nor verification is charged against the budget; both
- * are part of the work in lm_progress.
+ * front, which a local solver finds, as parents. With two objectives the solver works beside the
+ * populations until the budget is spent: in turn on the first objective, from points far from the
+ * best design of a combination, and from designs of the front into its steps. Otherwise a race
+ * halves the number of combinations while it doubles their budget; the last ones are polished; then
+ * the budget goes into directions between the objectives or, for one objective, into restarts (with
+ * a few thousand evaluations and more than one objective the populations have all of it instead).
+ * If no design satisfies all limits, the nearest combinations are repaired. In the end the designs
+ * of the front are verified (whole grades, no violation between the angles of the scan and between
+ * the tooth phases): all of them with their grades rounded, then a solver continues from the ends
+ * and from those that did not hold, or with two objectives in rounds as beside the populations, on
+ * the verified front, until the verification has cost as much as the search; if none holds, from
+ * their neighbours. Neither repair nor verification is charged against the budget; both are part of
+ * the work in lm_progress.
  *
  * The continuous part is not convex: "dominated" means that a combination lost the race, not that a
  * bound excludes it. Only "pruned" is a proof.

@@ -24,6 +24,7 @@ typedef struct lm_combination_state {
   int limit;    /* what pruned it */
   int screened; /* a point of it was computed */
   int raced;    /* in the race */
+  int solved;   /* times that the solver started in it */
   double value;
   double violation;
   double unit[LM_FREE_MAX];
@@ -54,6 +55,8 @@ struct lm_search {
   int scalarisations;  /* of the trade-off, made so far */
   int extremes_sought; /* of the front, for the population */
   int ends_looked;     /* times that the ends of the other combinations were examined */
+  int evolved;         /* evaluations of the population */
+  int solver_used;     /* and of the solver beside it */
   int epoch_end;       /* of the present population, in evaluations */
   int started;         /* designs to begin with that were examined */
   int cursor;          /* of the screen */
@@ -84,11 +87,8 @@ struct lm_search {
   int verify_cursor;                       /* designs of the step's list that were distributed */
   unsigned char confirmed[LM_ARCHIVE_MAX]; /* 1: of the rounded designs that hold */
   int verify_used;                         /* charged so far for the verification */
-  int verify_gains;                        /* designs that the solver added to the verified ones */
-  int steps_part;                          /* designs of one round of the solver */
-  int steps_passed; /* widest steps of the verified front that the solver did not improve */
-  int has_nearest;  /* the following members: the design with the least total relaxation */
-  int nearest;      /* combination */
+  int has_nearest; /* the following members: the design with the least total relaxation */
+  int nearest;     /* combination */
   double nearest_slack;
   double nearest_violation;
   double nearest_unit[LM_FREE_MAX];

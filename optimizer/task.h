@@ -42,17 +42,16 @@ typedef struct lm_scalarisation {
 } lm_scalarisation;
 
 typedef enum lm_task_kind {
-  LM_TASK_SCREEN = 0,  /* the best of a few scattered points, gaps closed */
-  LM_TASK_SLSQP,       /* gradients, epigraph form */
-  LM_TASK_COBYLA,      /* no gradients, largest limits of each group */
-  LM_TASK_ISRES,       /* population of 60 */
-  LM_TASK_EVOLVE,      /* a population over all combinations */
-  LM_TASK_EVALUATE,    /* only the start; if it violates a limit, also with its gap closed */
-  LM_TASK_INTERPOLATE, /* points between two designs of one combination, gaps closed */
-  LM_TASK_REPAIR,      /* the point with the least relaxation; improved if none is required */
-  LM_TASK_ROUND,       /* the start with its grades to the nearest, all down and all up */
-  LM_TASK_CONFIRM,     /* the start, its gap opened, checked as the certificate does */
-  LM_TASK_VERIFY       /* whole grades, no violation between the angles of the scan */
+  LM_TASK_SCREEN = 0, /* the best of a few scattered points, gaps closed */
+  LM_TASK_SLSQP,      /* gradients, epigraph form */
+  LM_TASK_COBYLA,     /* no gradients, largest limits of each group */
+  LM_TASK_ISRES,      /* population of 60 */
+  LM_TASK_EVOLVE,     /* a population over all combinations */
+  LM_TASK_EVALUATE,   /* only the start; if it violates a limit, also with its gap closed */
+  LM_TASK_REPAIR,     /* the point with the least relaxation; improved if none is required */
+  LM_TASK_ROUND,      /* the start with its grades to the nearest, all down and all up */
+  LM_TASK_CONFIRM,    /* the start, its gap opened, checked as the certificate does */
+  LM_TASK_VERIFY      /* whole grades, no violation between the angles of the scan */
 } lm_task_kind;
 
 typedef struct lm_task {
@@ -64,8 +63,7 @@ typedef struct lm_task {
   lm_scalarisation scalar;
   double unit[LM_FREE_MAX]; /* start */
   int parent_count;
-  lm_solution
-      parent[LM_PARENT_MAX]; /* start of LM_TASK_EVOLVE; the other end of LM_TASK_INTERPOLATE */
+  lm_solution parent[LM_PARENT_MAX]; /* start of LM_TASK_EVOLVE */
 } lm_task;
 
 typedef struct lm_answer {

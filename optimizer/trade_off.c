@@ -2,15 +2,17 @@
 
 #include <math.h>
 
-#define BRIDGE_CHARGE 6 /* of three points between two designs */
-#define BRIDGES_MAX 6   /* of one round of the trade-off */
-#define OTHER_SHARE 0.3 /* of the levels at which a second combination is tried */
-#define LEVEL_SLOPES 15 /* gradients for one level; warm starts need no more */
-#define END_SLOPES 30   /* gradients for an end of the front, which is further away */
-#define ENDS_PART 0.1   /* largest share of the budget for all ends at a time */
-#define LOOK_CHARGE 2   /* of a transferred design: unchanged, and with its gap closed */
-#define LEVELS_MAX 12   /* of one round of the trade-off */
-#define QUIET_ROUNDS 4  /* restarts without a better design before the search ends early */
+#define OTHER_SHARE 0.3     /* of the directions in which a second combination is tried */
+#define END_SLOPES 30       /* gradients for an end of the front, which is further away */
+#define DIRECTION_SLOPES 15 /* gradients for one direction; warm starts need no more */
+/* Two objectives: the natural logarithm of a weight is drawn up to this. Two weights then differ by
+ * a factor of up to 55, so that directions are within one degree of both axes. The weight of a
+ * single objective changes the solver's first step, which is as long as the slope. */
+#define LOG_WEIGHT 2
+#define ENDS_PART 0.1     /* largest share of the budget for all ends at a time */
+#define LOOK_CHARGE 2     /* of a transferred design: unchanged, and with its gap closed */
+#define DIRECTIONS_MAX 12 /* of one round of the trade-off */
+#define QUIET_ROUNDS 4    /* restarts without a better design before the search ends early */
 
 /* --- restarts of one objective ---------------------------------------------------------------- */
 
@@ -130,55 +132,13 @@ static const lm_solution *best_other(const lm_search *search, const lm_scalarisa
   return best;
 }
 
-/* Middle of the largest gaps between neighbours of the front: level number `which` from the
- * widest. */
-static double gap_level(const lm_search *search, const lm_scalarisation *scalar, int which) {
-  double taken = HUGE_VAL;
-  double level = search->archive[0].objective[1];
-  int n;
-  for (n = 0; n <= which; n++) {
-    double widest = -1;
-    int i;
-    for (i = 0; i + 1 < search->archive_count; i++) {
-      const double *a = search->archive[i].objective;
-      const double *b = search->archive[i + 1].objective;
-      const double width =
-          (b[0] - a[0]) / scalar->scale[0] * (a[1] - b[1]) / scalar->scale[1]; /* area at stake */
-      if (width > widest && width < taken) {
-        widest = width;
-        level = (a[1] + b[1]) / 2;
-      }
-    }
-    if (widest < 0) {
-      break;
-    }
-    taken = widest;
-  }
-  return level;
-}
-
-/* Two objectives: the second one bounded at a level, the first one minimised; every sixth task
- * minimises the second one. */
-static void make_level(const lm_search *search, int level, int levels, lm_scalarisation *scalar) {
-  double low;
-  double high;
-  range_of(search, 1, &low, &high);
-  if (level == 0 && search->round % 2 == 0) {
-    scalar->weight[0] = 0;
-    scalar->weight[1] = 1;
-  } else if (level % 2 == 0) {
-    scalar->most[1] =
-        low + (high - low) * (level + lm_draw_number(search, search->next_id, 5)) / levels;
-  } else {
-    scalar->most[1] = gap_level(search, scalar, level / 2);
-  }
-}
-
-/* More objectives: the end of each axis, then twice as many drawn directions, and so on. */
-static void make_direction(const lm_search *search, lm_scalarisation *scalar) {
+/* The end of each axis, then twice as many drawn directions, and so on. */
+static void make_direction(lm_search *search, lm_scalarisation *scalar) {
   const int count = search->problem.objective_count;
-  const int turn = search->scalarisations % (3 * count);
+  const int turn = search->scalarisations++ % (3 * count);
   int j;
+  lm_scalarise_first(scalar);
+  lm_scale_objectives(search, scalar);
   for (j = 0; j < count; j++) {
     if (turn < count) {
       scalar->weight[j] = j == turn ? 1 : 0;
@@ -186,17 +146,6 @@ static void make_direction(const lm_search *search, lm_scalarisation *scalar) {
       scalar->weight[j] = -log(1 - lm_draw_number(search, search->next_id, 10 + j)) + 1e-3;
     }
   }
-}
-
-static void make_scalarisation(lm_search *search, int level, int levels, lm_scalarisation *scalar) {
-  lm_scalarise_first(scalar);
-  lm_scale_objectives(search, scalar);
-  if (search->problem.objective_count == 2) {
-    make_level(search, level, levels, scalar);
-  } else {
-    make_direction(search, scalar);
-  }
-  search->scalarisations++;
 }
 
 /* With many objectives and variables the ends would use half of a small budget, although most of
@@ -259,42 +208,102 @@ void lm_add_extreme_points(lm_search *search) {
   }
 }
 
-/* The steps of the front with the largest possible gain in area, if both ends are designs of one
- * combination. */
-void lm_add_interpolations(lm_search *search) {
-  unsigned char bridged[LM_ARCHIVE_MAX] = {0};
-  int n;
-  for (n = 0; n < BRIDGES_MAX; n++) {
+/* Into the front, towards the inner corner of a step that is drawn in proportion to its area, from
+ * either side. */
+static const lm_solution *aim_at_step(const lm_search *search, const lm_solution front[], int count,
+                                      lm_scalarisation *scalar) {
+  const int id = search->next_id;
+  double most = 0;
+  int chosen = 0;
+  int i;
+  int j;
+  for (i = 0; i + 1 < count; i++) {
+    const double area = (front[i + 1].objective[0] - front[i].objective[0]) *
+                        (front[i].objective[1] - front[i + 1].objective[1]);
+    const double drawn = area * lm_draw_number(search, id, 1000 + i);
+    if (drawn > most) {
+      most = drawn;
+      chosen = i;
+    }
+  }
+  for (j = 0; j < 2; j++) {
+    const double a = front[chosen].objective[j];
+    const double b = front[chosen + 1].objective[j];
+    scalar->origin[j] = fmin(a, b);
+    scalar->scale[j] = fabs(a - b);
+  }
+  return &front[chosen + (lm_draw_number(search, id, 12) < 0.5)];
+}
+
+/* The value of a combination for a scalarised objective, or beyond every value by its violation. */
+static double value_of(const lm_search *search, int combination, const lm_scalarisation *scalar) {
+  double value;
+  return best_of_pool(search, combination, scalar, &value) != NULL
+             ? value
+             : LM_REFUSED * (1 + search->state[combination].violation);
+}
+
+/* The combination for the next start: each one half as often as the one that is ahead of it. */
+static int choose_combination(lm_search *search, const lm_scalarisation *scalar) {
+  const int ranked = lm_rank_screened(search);
+  double least = HUGE_VAL;
+  int chosen = search->order[0];
+  int i;
+  int k;
+  for (i = 0; i < ranked; i++) {
+    const int combination = search->order[i];
+    const double value = value_of(search, combination, scalar);
+    double turns = search->state[combination].solved + 1.0;
+    for (k = 0; k < ranked && turns < least; k++) {
+      turns *= value_of(search, search->order[k], scalar) < value ? 2 : 1;
+    }
+    if (turns < least) {
+      least = turns;
+      chosen = combination;
+    }
+  }
+  return chosen;
+}
+
+void lm_add_solver_task(lm_search *search, int kind, const lm_solution front[], int count,
+                        int budget) {
+  lm_scalarisation scalar;
+  int j;
+  lm_scalarise_first(&scalar);
+  if (search->archive_count > 0) {
+    lm_scale_objectives(search, &scalar);
+    for (j = 0; j < 2; j++) {
+      scalar.weight[j] =
+          exp(LOG_WEIGHT * (2 * lm_draw_number(search, search->next_id, 10 + j) - 1));
+    }
+  }
+  if (search->scalarisations++ % 2 == 0 || count < 2) {
+    const lm_solution *found;
+    lm_combination_state *state;
     lm_task *task;
-    double most = 0;
-    int widest = -1;
-    int i;
-    for (i = 0; i + 1 < search->archive_count; i++) {
-      const lm_solution *a = &search->archive[i];
-      const lm_solution *b = a + 1;
-      const double area = (b->objective[0] - a->objective[0]) * (a->objective[1] - b->objective[1]);
-      if (!bridged[i] && a->combination == b->combination && area > most) {
-        most = area;
-        widest = i;
-      }
-    }
-    if (widest < 0) {
-      return;
-    }
-    bridged[widest] = 1;
-    task = lm_add_task(search, LM_TASK_INTERPOLATE, search->archive[widest].combination,
-                       BRIDGE_CHARGE, search->archive[widest].unit);
-    task->parent[0] = search->archive[widest + 1];
-    task->parent_count = 1;
+    double value;
+    int combination;
+    scalar.weight[1] = 0;
+    combination = choose_combination(search, &scalar);
+    state = &search->state[combination];
+    found = best_of_pool(search, combination, &scalar, &value);
+    task =
+        lm_add_task(search, kind, combination, budget, found != NULL ? found->unit : state->unit);
+    task->scalar = scalar;
+    lm_disturb(search, task, lm_draw_number(search, task->id, 2));
+    state->solved++;
+  } else {
+    const lm_solution *found = aim_at_step(search, front, count, &scalar);
+    lm_add_task(search, kind, found->combination, budget, found->unit)->scalar = scalar;
   }
 }
 
 /* Without any feasible design yet: restarts until one is found. */
 void lm_plan_front(lm_search *search) {
-  const int charge = LEVEL_SLOPES * lm_slope_charge(&search->problem);
+  const int charge = DIRECTION_SLOPES * lm_slope_charge(&search->problem);
   const int left = search->problem.evaluations - search->used;
-  int levels = left / (3 * charge) / 3;
-  int level;
+  int directions = left / (3 * charge) / 3;
+  int n;
   if (search->archive_count == 0) {
     lm_plan_restarts(search);
     return;
@@ -302,24 +311,18 @@ void lm_plan_front(lm_search *search) {
   if (left < charge / 2) {
     return;
   }
-  levels = levels < 2 ? 2 : levels > LEVELS_MAX ? LEVELS_MAX : levels;
-  if (search->problem.objective_count == 2 && search->round % 2 == 1) {
-    lm_add_interpolations(search);
-    if (search->batch_count > 0) {
-      return;
-    }
-  }
-  for (level = 0; level < levels; level++) {
+  directions = directions < 2 ? 2 : directions > DIRECTIONS_MAX ? DIRECTIONS_MAX : directions;
+  for (n = 0; n < directions; n++) {
     lm_scalarisation scalar;
     const lm_solution *start;
     const lm_solution *other;
     lm_task *task;
-    if (level > 0 && (search->batch_count + 1) * charge > left) {
+    if (n > 0 && (search->batch_count + 1) * charge > left) {
       return;
     }
-    make_scalarisation(search, level, levels, &scalar);
+    make_direction(search, &scalar);
     start = best_of_archive(search, &scalar);
-    task = lm_add_task(search, (level + search->round) % 3 != 1 ? LM_TASK_SLSQP : LM_TASK_COBYLA,
+    task = lm_add_task(search, (n + search->round) % 3 != 1 ? LM_TASK_SLSQP : LM_TASK_COBYLA,
                        start->combination, charge < left ? charge : left, start->unit);
     task->scalar = scalar;
     if (lm_draw_number(search, task->id, 6) < 0.1) {
@@ -333,7 +336,7 @@ void lm_plan_front(lm_search *search) {
       task = lm_add_task(search, LM_TASK_SLSQP, other->combination, charge, other->unit);
       task->scalar = scalar;
     }
-    if ((level + search->round) % 3 == 0 && (search->batch_count + 1) * charge <= left) {
+    if ((n + search->round) % 3 == 0 && (search->batch_count + 1) * charge <= left) {
       const int combination = pick_combination(search, search->next_id);
       task =
           lm_add_task(search, LM_TASK_SLSQP, combination, charge, search->state[combination].unit);

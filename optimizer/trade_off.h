@@ -1,5 +1,5 @@
-/* The stage that spends the rest of the budget: on the trade-off between objectives (two:
- * levels of the second one; more: directions), or for one objective on restarts. A plan adds tasks
+/* The stage that spends the rest of the budget: on directions between objectives, or for one
+ * objective on restarts. A plan adds tasks
  * to the batch, or none when the stage is over. */
 #ifndef LOSTMOTION_OPTIMIZER_TRADE_OFF_H
 #define LOSTMOTION_OPTIMIZER_TRADE_OFF_H
@@ -23,8 +23,11 @@ void lm_add_extreme_points(lm_search *search);
  * number of tasks. */
 int lm_add_end_looks(lm_search *search, double share);
 
-/* Tasks between neighbours of a front of two objectives, if both are of one combination. */
-void lm_add_interpolations(lm_search *search);
+/* Two objectives: a task of the solver, beside the population or in the verification. In turn the
+ * first objective alone, from a point up to a whole range away from the best design of a
+ * combination, and from a design of the front towards the inner corner of one of its steps. */
+void lm_add_solver_task(lm_search *search, int kind, const lm_solution front[], int count,
+                        int budget);
 
 /* Origin and scale of a scalarised objective by the extreme points of the front. */
 void lm_scale_objectives(const lm_search *search, lm_scalarisation *scalar);

@@ -54,7 +54,7 @@ FRONT_MAX = 2048
 RESULT_MAX = 4096
 SOLUTION_MAX = 96 + 40
 STAGE_VERIFY = 5
-TASK_ROUND, TASK_CONFIRM = 8, 9
+TASK_ROUND, TASK_CONFIRM = 7, 8
 FIGURES = {
     "lost_motion": 0,
     "tolerance_lost_motion": 1,

@@ -35,12 +35,14 @@ static int dealt;              /* parents of the last population, both islands *
 static int dealt_combinations; /* and their combinations */
 static int ends_left_out;      /* of the front of each combination, where a full population bred */
 static int recalls;            /* of such populations */
-static int most_levels;        /* different bounds of the second objective in one batch */
 static int ends;               /* tasks of a local solver beside those of a population */
 static int ends_from;          /* evaluations before the first of them */
 static int most_for_ends;      /* evaluations for those of one batch */
 static int looks;              /* at the ends with other combinations, beside a population */
-static int bridges;            /* between designs of the front, beside a population */
+static int bred;               /* evaluations of the population */
+static int solved;             /* and of the local solver beside it */
+static int restarted;          /* its tasks that start away from the designs found */
+static int into_front;         /* and those from a design of the front */
 static lm_answer cheapest;     /* of the repairs */
 
 void setUp(void) {
@@ -201,17 +203,28 @@ static void count_end(const lm_task *task) {
   }
 }
 
-static void count_levels(const lm_task batch[], int count) {
-  int levels = 0;
-  int i;
-  for (i = 0; i < count; i++) {
-    int k = 0;
-    while (k < i && batch[k].scalar.most[1] != batch[i].scalar.most[1]) {
-      k++;
-    }
-    levels += k == i && isfinite(batch[i].scalar.most[1]);
+/* Of two objectives, between the ends: the first one alone or both, relative to the front. */
+static void count_solver_task(const lm_task *task) {
+  int j;
+  TEST_ASSERT_EQUAL_INT(2, problem.objective_count);
+  TEST_ASSERT_EQUAL_INT(LM_TASK_SLSQP, task->kind);
+  TEST_ASSERT_TRUE(task->scalar.weight[0] > 0);
+  for (j = 0; j < 2; j++) {
+    TEST_ASSERT_TRUE(task->scalar.scale[j] > 0 && task->scalar.most[j] == HUGE_VAL);
   }
-  most_levels = levels > most_levels ? levels : most_levels;
+  restarted += task->scalar.weight[1] == 0;
+  into_front += task->scalar.weight[1] > 0;
+  solved += task->budget;
+}
+
+/* Tasks of a local solver that the batch of a population has. */
+static int count_beside(const lm_task batch[], int count) {
+  int beside = 0;
+  int i;
+  for (i = 0; i < count && batch[0].kind == LM_TASK_EVOLVE; i++) {
+    beside += batch[i].kind != LM_TASK_EVOLVE && batch[i].kind != LM_TASK_EVALUATE;
+  }
+  return beside;
 }
 
 static void count_dealt(const lm_task batch[], int count) {
@@ -277,24 +290,27 @@ static void run_in(const world *w, const char *spec) {
   memset(kinds, 0, sizeof kinds);
   batches = 0;
   largest_batch = 0;
-  most_levels = 0;
   ends_left_out = 0;
   recalls = 0;
   ends = 0;
   most_for_ends = 0;
-  bridges = 0;
+  bred = 0;
+  solved = 0;
+  restarted = 0;
+  into_front = 0;
   looks = 0;
   memset(&cheapest, 0, sizeof cheapest);
   while ((count = lm_next_tasks(search, &tasks)) > 0) {
     lm_task *batch = (lm_task *)malloc((size_t)count * sizeof *batch);
     int for_ends = 0;
     int for_looks = 0;
+    int beside;
     int i;
     memcpy(batch, tasks, (size_t)count * sizeof *batch);
     batches++;
     largest_batch = count > largest_batch ? count : largest_batch;
     TEST_ASSERT_LESS_THAN_INT(20000, batches);
-    count_levels(batch, count);
+    beside = count_beside(batch, count);
     if (batch[0].kind == LM_TASK_EVOLVE) {
       count_dealt(batch, count);
       count_ends_left_out(batch, count);
@@ -302,14 +318,17 @@ static void run_in(const world *w, const char *spec) {
     for (i = 0; i < count; i++) {
       TEST_ASSERT_EQUAL_INT(next++, batch[i].id);
       check_task(&batch[i]);
-      if (batch[0].kind == LM_TASK_EVOLVE && batch[i].kind == LM_TASK_INTERPOLATE) {
-        bridges++;
+      if (batch[i].kind == LM_TASK_EVOLVE) {
+        bred += batch[i].budget;
       } else if (batch[0].kind == LM_TASK_EVOLVE && batch[i].kind == LM_TASK_EVALUATE) {
         looks++;
         for_looks += batch[i].budget;
-      } else if (batch[0].kind == LM_TASK_EVOLVE && batch[i].kind != LM_TASK_EVOLVE) {
+      } else if (beside > 0 && i == count - 1 && beside % problem.objective_count == 1) {
+        count_solver_task(&batch[i]);
+      } else if (batch[0].kind == LM_TASK_EVOLVE) {
         count_end(&batch[i]);
         for_ends += batch[i].budget;
+        solved += batch[i].budget;
       }
       make_up(w, &batch[i]);
       if (batch[i].kind == LM_TASK_REPAIR &&
@@ -387,17 +406,16 @@ TEST(test_a_budget_goes_where_the_stages_say) {
   run_in(&plain, spec_of(1, 20000, 7, 1));
   TEST_ASSERT_GREATER_THAN_INT(0, kinds[LM_TASK_EVOLVE]);
   TEST_ASSERT_GREATER_THAN_INT(0, kinds[LM_TASK_ISRES]); /* restarts of one objective */
-  TEST_ASSERT_EQUAL_INT(0, kinds[LM_TASK_INTERPOLATE]);
   run_in(&plain, spec_of(2, 20000, 7, 1));
   TEST_ASSERT_EQUAL_INT(0, kinds[LM_TASK_ISRES]);
-  TEST_ASSERT_GREATER_THAN_INT(0, kinds[LM_TASK_INTERPOLATE]); /* trade-off of two */
+  TEST_ASSERT_EQUAL_INT(0, kinds[LM_TASK_COBYLA]); /* the population and the solver have all */
   run_in(&plain, spec_of(3, 20000, 7, 1));
-  TEST_ASSERT_EQUAL_INT(0, kinds[LM_TASK_INTERPOLATE]);
+  TEST_ASSERT_EQUAL_INT(0, kinds[LM_TASK_ISRES]);
   TEST_ASSERT_GREATER_THAN_INT(0, kinds[LM_TASK_COBYLA]);
 }
 
 /* The population breeds from the extreme points of the front, if the budget is large enough to find
- * them. With few evaluations it gets the rest, and the refinement of the front runs beside it. */
+ * them. With two objectives or few evaluations it gets the rest, and they are sought again. */
 TEST(test_the_ends_of_the_front_are_sought_beside_the_population) {
   world infeasible = plain;
   int objectives;
@@ -406,13 +424,11 @@ TEST(test_the_ends_of_the_front_are_sought_beside_the_population) {
     TEST_ASSERT_EQUAL_INT(2 * objectives, ends);
     TEST_ASSERT_GREATER_OR_EQUAL_INT(6 * objectives, looks); /* at each end, six combinations */
     TEST_ASSERT_TRUE(ends_from >= 1500 && ends_from < 2000);
-    TEST_ASSERT_EQUAL_INT(objectives == 2, bridges > 0);
     TEST_ASSERT_EQUAL_INT(0, kinds[LM_TASK_COBYLA]); /* no separate stage */
     TEST_ASSERT_TRUE(used() > 4900);
     run_in(&plain, spec_of(objectives, 40000, 7, 1));
-    TEST_ASSERT_EQUAL_INT(objectives, ends);
-    TEST_ASSERT_EQUAL_INT(0, bridges);
-    TEST_ASSERT_GREATER_THAN_INT(0, kinds[LM_TASK_COBYLA]);
+    TEST_ASSERT_EQUAL_INT(objectives == 2 ? 4 : objectives, ends);
+    TEST_ASSERT_EQUAL_INT(objectives > 2, kinds[LM_TASK_COBYLA] > 0);
   }
   run_in(&plain, spec_of(1, 5000, 7, 1));
   TEST_ASSERT_EQUAL_INT(0, ends);
@@ -464,13 +480,21 @@ TEST(test_a_wide_front_of_few_combinations_fills_the_population) {
   TEST_ASSERT_EQUAL_INT(2 * LM_PARENT_MAX, dealt);
 }
 
-/* With a large budget a round of the trade-off has many levels, no two of them in one gap of the
- * front. */
-TEST(test_a_round_of_the_trade_off_has_as_many_levels_as_its_budget_carries) {
-  run_in(&plain, spec_of(2, 5000, 7, 1));
-  TEST_ASSERT_LESS_OR_EQUAL_INT(2, most_levels);
-  run_in(&plain, spec_of(2, 100000, 7, 1));
-  TEST_ASSERT_GREATER_THAN_INT(3, most_levels);
+/* A quarter of the evaluations of the population: a generation adds at most both ends and one task
+ * more. Those go into the front in turn. */
+TEST(test_a_solver_works_beside_the_population_of_two_objectives) {
+  static const int budgets[] = {5000, 12000, 40000};
+  int i;
+  for (i = 0; i < 3; i++) {
+    int most;
+    run_in(&plain, spec_of(2, budgets[i], 7, 1));
+    most = 3 * 40 * lm_slope_charge(&problem);
+    TEST_ASSERT_TRUE(solved >= bred / 4 - most / 3 && solved <= bred / 4 + most);
+    TEST_ASSERT_GREATER_THAN_INT(0, into_front);
+    TEST_ASSERT_TRUE(restarted == into_front || restarted == into_front + 1);
+  }
+  run_in(&plain, spec_of(3, 5000, 7, 1));
+  TEST_ASSERT_EQUAL_INT(0, restarted + into_front);
 }
 
 TEST(test_a_model_that_refuses_everything_ends_the_search) {
@@ -573,7 +597,7 @@ TEST(test_a_race_of_many_fits_the_batch) {
   world dear = plain;
   lm_progress progress;
   dear.overrun = 500;
-  run_in(&dear, spec_of(2, 50000000, 400, 1));
+  run_in(&dear, spec_of(3, 50000000, 400, 1));
   lm_read_progress(search, &progress);
   TEST_ASSERT_EQUAL_INT(LM_STAGE_DONE, progress.stage);
   TEST_ASSERT_EQUAL_INT(256, largest_batch);
@@ -644,12 +668,12 @@ TEST(test_a_search_begins_with_its_starts) {
     const lm_task *tasks;
     int parents;
     lm_close_search(search);
-    TEST_ASSERT_EQUAL_INT(LM_OK, lm_read_spec(spec_of(2, budgets[i], 7, 1), &problem, &error));
+    TEST_ASSERT_EQUAL_INT(LM_OK, lm_read_spec(spec_of(3, budgets[i], 7, 1), &problem, &error));
     search = lm_open_search(&problem);
     parents = deal_first_population();
     TEST_ASSERT_LESS_OR_EQUAL_INT(7, parents);
     snprintf(spec, sizeof spec, "%sstart 0.203 150 2.5 0.88 1.3\nstart 0.2 150 4 0.965 1\n",
-             spec_of(2, budgets[i], 7, 1));
+             spec_of(3, budgets[i], 7, 1));
     TEST_ASSERT_EQUAL_INT_MESSAGE(LM_OK, lm_read_spec(spec, &problem, &error), error.text);
     lm_close_search(search);
     search = lm_open_search(&problem);

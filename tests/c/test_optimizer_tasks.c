@@ -132,11 +132,6 @@ TEST(test_points_without_a_shift_leave_the_gaps) {
   make_task(LM_TASK_SCREEN, 20);
   run();
   TEST_ASSERT_EQUAL_INT(10, answer->plain);
-  make_task(LM_TASK_INTERPOLATE, 6);
-  task.parent_count = 1;
-  task.parent[0].unit[0] = 0.8;
-  run();
-  TEST_ASSERT_EQUAL_INT(3, answer->plain);
 }
 
 TEST(test_gradients_end_at_or_below_where_they_began) {
@@ -241,24 +236,6 @@ TEST(test_a_bound_of_the_aim_is_kept) {
     TEST_ASSERT_EQUAL_INT(1, answer->computed);
     TEST_ASSERT_TRUE(answer->violation < 0.05);
     TEST_ASSERT_TRUE(answer->figure[LM_FIGURE_COST] < 12.5);
-  }
-}
-
-TEST(test_a_bridge_lies_between_its_ends) {
-  int i;
-  int k;
-  read_with("fixed generator.type discs\n", two_objectives, "");
-  for (i = 1; i <= 6; i += 5) {
-    make_task(LM_TASK_INTERPOLATE, i);
-    task.parent_count = 1;
-    memcpy(task.parent[0].unit, task.unit, sizeof task.unit);
-    task.parent[0].unit[2] = 0.7;
-    run();
-    check_answer();
-    TEST_ASSERT_TRUE(answer->plain >= (i + 1) / 2 && answer->plain <= i + 1);
-    for (k = 0; k < answer->solution_count; k++) {
-      TEST_ASSERT_TRUE(answer->solution[k].unit[2] > 0.5 && answer->solution[k].unit[2] < 0.7);
-    }
   }
 }
 
@@ -589,9 +566,6 @@ TEST(test_every_kind_lives_with_nan) {
   read_with("fixed generator.type discs\n", two_objectives, "damaged_share 0.33\n");
   for (kind = LM_TASK_SCREEN; kind <= LM_TASK_VERIFY; kind++) {
     make_task(kind, 400);
-    if (kind == LM_TASK_INTERPOLATE) {
-      task.parent_count = 1;
-    }
     run();
     check_answer();
     TEST_ASSERT_GREATER_THAN_INT(0, answer->plain + answer->slopes);

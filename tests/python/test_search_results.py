@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from small_search import SPECS, Write, format_spec
+from small_search import REACHED, SPECS, Write, format_spec
 
 from conftest import DATA, NO_SEARCH
 from lostmotion import design
@@ -32,6 +32,12 @@ pytest.importorskip("lostmotion._search", reason=NO_SEARCH)
 
 BY_QUANTILE = ("robot_joint", "ring_generator")
 """Specs whose tolerance level is the quantile of samples."""
+
+
+HELD_LEAST = 60
+"""Of the designs in `REACHED`, over 16 seeds, that a front has to hold. The search holds 75 of 96;
+another compiler rounds differently, which changes the path of every seed: the number that one
+seed holds has a standard deviation of 1.4, the sum of sixteen one of 6."""
 
 
 # --- files of a search ---
@@ -187,6 +193,18 @@ def test_what_is_certified_holds_however_many_sections_share_the_load(shipped: A
         assert [c.name for c in checks if c.margin < 0 and c.name not in ADVICE] == []
         margins = [c.margin for c in checks]
         assert margins == [c["margin"] for c in result.certificate["checks"]], sections
+
+
+def test_short_searches_hold_what_a_search_delivered_whatever_the_seed(tmp_path: Path) -> None:
+    text = (DATA / "specs" / "ring_generator.toml").read_text()
+    text = re.sub(r"evaluations = \d+", "evaluations = 2000", text)
+    spec = tmp_path / "ring_generator.toml"
+    held = []
+    for seed in range(1, 17):
+        spec.write_text(re.sub(r"seed = \d+", f"seed = {seed}", text))
+        found = [one["objectives"] for one in design.search(spec, tmp_path / str(seed)).front]
+        held.append(sum((np.array(found) <= reached).all(axis=1).any() for reached in REACHED))
+    assert sum(held) >= HELD_LEAST, held
 
 
 def test_planar_only_is_requested_and_stated(
