@@ -12,6 +12,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from lostmotion.arrays import FloatArray
+from lostmotion.content_key import content_key
 from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.effect import Effect
 from lostmotion.fit.baseline import BaselineModel
@@ -40,7 +41,7 @@ def jumps(base: BaselineModel, tooth_arcsec: float) -> list[tuple[int, int]]:
 
 
 def slipped_teeth(base: BaselineModel, effect: Effect, typical: FloatArray) -> FloatArray | None:
-    """Values of the effect that reproduce every jump by whole teeth.
+    """Values of the effect that reproduce every jump by whole teeth; searched once.
 
     Parameters
     ----------
@@ -56,6 +57,13 @@ def slipped_teeth(base: BaselineModel, effect: Effect, typical: FloatArray) -> F
         None if no teeth slipped, or if no threshold separates the load peaks with slip from those
         without.
     """
+    key = ("slipped teeth", effect, content_key((base.measured, typical)))
+    values: FloatArray | None = base.conditions.once(key, search_slipped, base, effect, typical)
+    return None if values is None else values.copy()
+
+
+def search_slipped(base: BaselineModel, effect: Effect, typical: FloatArray) -> FloatArray | None:
+    """See `slipped_teeth`: it depends on the recordings alone."""
     (threshold,), (angle,) = effect.indices("fixed"), effect.indices("given")
     slips = jumps(base, float(typical[angle]) / ARCSEC)
     if len({abs(teeth) for _, teeth in slips}) != 1:

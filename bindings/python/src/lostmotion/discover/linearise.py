@@ -329,9 +329,10 @@ def take_step(
     own_shares : float or ndarray
         The same for the deviations, of all runs or of each.
     """
-    x, low, high = base.vector()
+    blocks = base.blocks()
+    x, low, high = base.vector(blocks)
     step = delta / scale[: delta.size]
-    base.set_vector(moved_within(x, share * step[: x.size], low, high))
+    base.set_vector(moved_within(x, share * step[: x.size], low, high), blocks)
     own = own / scale[delta.size : delta.size + own.shape[1]]
     wider = float(np.clip(step[x.size], -WIDEN_MAX, WIDEN_MAX))
     if base.widens:

@@ -263,9 +263,11 @@ class BaselineModel:
         """Places of the parameters that a drive file stores."""
         return {block.filed: places for block, places in placed(self.blocks()) if block.filed}
 
-    def vector(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Free parameters and their bounds."""
-        blocks = self.blocks()
+    def vector(
+        self, blocks: Sequence[Block] | None = None
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Free parameters and their bounds; `blocks` are those of the present values, if known."""
+        blocks = self.blocks() if blocks is None else blocks
         x, low, high = (
             np.concatenate([getattr(block, what) for block in blocks])
             for what in ("value", "low", "high")
@@ -351,7 +353,7 @@ class BaselineModel:
 
             return np.concatenate((residual, known)), derivatives
 
-        x, low, high = self.vector()
+        x, low, high = self.vector(blocks)
         return bounded_least_squares(
             evaluate,
             sticking.free(x),
