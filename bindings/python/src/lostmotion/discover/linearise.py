@@ -131,13 +131,13 @@ def settle(base: BaselineModel, noise: Noise, rounds: int = ROUNDS) -> Settled:
         found = move(misfit, current, residual, best, step, own)
         if found is None or rms_of(found[1]) >= rules.WORSE * least_rms:
             break
-        moved, residual, point = found
+        moved, rest, point = found
         contest = contest_at(moved, noise, best, point)
-        value = objective_at(misfit, moved, residual, contest)
+        value = objective_at(misfit, moved, rest, contest)
         if value >= objective:
             break
         fall = objective - value
-        current, best, objective = moved, contest, value
+        current, residual, best, objective = moved, rest, contest, value
         step, own = bounded_step(current, best)
         least_rms = min(least_rms, rms_of(residual))
         if fall < SETTLED:
