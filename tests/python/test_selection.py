@@ -6,6 +6,7 @@ import dataclasses
 import os
 import subprocess
 import sys
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -22,10 +23,15 @@ from lostmotion.discover.recorded_model import RecordedModel, fall_of_error, wit
 from lostmotion.discover.refits import refit, refitted, without_deviations
 from lostmotion.discover.shortlist import strongest
 from lostmotion.discover.terms import term_size
+from lostmotion.drives import read_drive
 from lostmotion.effects.conditions import Conditions
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.terms import Term
+from lostmotion.recordings import read_campaign
 from lostmotion.threads import begin, in_parallel
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from rig.suites import write_suite
 
 
 @pytest.fixture(scope="module")
@@ -227,19 +233,31 @@ def test_what_unseen_runs_do_not_confirm_is_of_no_use_beside_an_effect(warm_gap)
     assert 0.98 * fall < model.fall_of_left_out(opened) < fall + 1e-9
 
 
-def test_a_gain_of_which_the_interval_contains_zero_confirms_no_effect(warm_gap, monkeypatch):
-    """As if the effect halved the residual of one run only, or that of all runs."""
+def test_left_out_runs_confirm_an_effect_of_the_least_size(warm_gap, monkeypatch):
     model = RecordedModel.__new__(RecordedModel)
     model.settled, model.within = [warm_gap.selection.settled[0]], 1.0
     opened = SimpleNamespace(settled=warm_gap.selection.settled[1])
-    c = model.now.base.conditions
-    for last, confirmed in ((1, False), (c.runs, True)):
-        after = np.random.default_rng(0).normal(size=c.rows)
-        before = np.where(c.run_of < last, 2.0 * after, after)
-        model.present = (model.now, before)
-        monkeypatch.setattr(model, "left_out_residual", lambda _, after=after: after)
-        assert model.fall_of_left_out(opened) > 0.1
+    after = np.random.default_rng(0).normal(size=model.now.base.conditions.rows)
+    after /= np.sqrt(np.mean(after**2))
+    monkeypatch.setattr(model, "left_out_residual", lambda _: after)
+    for size, confirmed in ((0.09, False), (0.11, True)):
+        model.present = (model.now, np.sqrt(1.0 + size**2) * after)
+        assert model.fall_of_left_out(opened) == pytest.approx(size**2)
         assert model.confirms(opened) is confirmed
+
+
+def test_wear_is_named_though_left_out_runs_scatter_by_more_than_it_gains(tmp_path):
+    """Their error weighs every row alike: a few runs of large loops decide how far it scatters."""
+    (truth,) = write_suite(
+        "single", 1, "develop", tmp_path, twins=False, skip=3, only=("wear",),
+        report=lambda _: None,
+    )  # fmt: skip
+    assert list(truth["effects"]) == ["wear"]
+    drive = read_drive(tmp_path / f"{truth['name']}.toml")
+    found = diagnose(drive, read_campaign(tmp_path / f"{truth['name']}.csv.gz", ratio=drive.ratio))
+    assert (found.verdict, found.effects) == ("missing-effect", ["wear"])
+    least, _ = found.ladder[-1]["gain_interval_arcsec"]
+    assert least < 0.0
 
 
 def test_an_effect_that_explains_nothing_more_is_dropped(warm_gap):

@@ -147,7 +147,7 @@ def try_shortlist(
     results: list[Result],
     least: float,
 ) -> tuple[list[Contender], set[str]]:
-    """Try the shortlist in the model, then the reserve until one passes.
+    """Try the shortlist in the model, then the reserve until one passes and is of use.
 
     Returns
     -------
@@ -165,9 +165,12 @@ def try_shortlist(
     def tried(leads: list[Lead]) -> list[Contender]:
         return try_leads(model, leads, least, current)
 
+    def useful(contenders: list[Contender]) -> list[Contender]:
+        return of_use(model, current, [c for c in as_kept(contenders) if c.passes])[0]
+
     contenders = best_starts(model, tried(shortlist))
     rejected: set[str] = set()
-    while reserve and not any(c.passes for c in contenders):
+    while reserve and not useful(contenders):
         rejected |= {lead.name for lead in shortlist}
         shortlist = strongest(reserve)
         reserve = without(reserve, shortlist)

@@ -36,7 +36,6 @@ from lostmotion.discover.gates import (
     share_at,
 )
 from lostmotion.discover.growing_model import Contender, GrowingModel, Lead
-from lostmotion.discover.ladder import gain
 from lostmotion.discover.linearise import Settled, noise_rms, plain_rms, settle
 from lostmotion.discover.refits import refit, refitted, sharpen, without_deviations
 from lostmotion.discover.selection import select
@@ -278,12 +277,6 @@ class RecordedModel(GrowingModel):
         """See `GrowingModel`."""
         before, after = self.left_out_beside(contender)
         return rms_of(before) ** 2 - rms_of(after) ** 2
-
-    def confirms(self, contender: Contender) -> bool:
-        """See `GrowingModel`; the interval of the gain that the answer states excludes zero."""
-        before, after = self.left_out_beside(contender)
-        _, (least, _) = gain(before, after, self.now.base.conditions.starts)
-        return least > 0.0 and self.counts_as_fall(rms_of(before) ** 2 - rms_of(after) ** 2)
 
     def left_out_beside(self, contender: Contender) -> tuple[FloatArray, FloatArray]:
         """Leave-one-run-out residual of the present model, and of the one with a contender."""
