@@ -247,7 +247,7 @@ def test_left_out_runs_confirm_an_effect_of_the_least_size(warm_gap, monkeypatch
 
 
 def test_wear_is_named_though_left_out_runs_scatter_by_more_than_it_gains(tmp_path):
-    """Their error weighs all rows the same: a few runs of large loops decide how far it scatters."""
+    """Their error weighs all rows the same: a few runs of large loops decide how it scatters."""
     (truth,) = write_suite(
         "single", 1, "develop", tmp_path, twins=False, skip=3, only=("wear",),
         report=lambda _: None,
