@@ -39,7 +39,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     drive, data, spec = out / "drive.toml", out / "data.csv", out / "spec.toml"
     drive.write_text(DRIVE)
     write(campaign(runs=8, rows=250, add=gap), data)
-    spec.write_text(SPEC.replace("12000", "1000"))
+    spec.write_text(SPEC.replace("12000", "2000"))
     drawn = TESTS / "data" / "drives" / "reference_a.toml"
     words = {
         "predict": ["predict", drive],
