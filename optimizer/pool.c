@@ -5,10 +5,12 @@
 
 #include "platform.h"
 #include "stop.h"
+#include "workspace.h"
 
 struct lm_pool {
   int workers;
   lm_workspace *workspace[LM_WORKERS_MAX];
+  lm_known_gaps *known_gaps;
   lm_lock *lock;
 };
 
@@ -86,7 +88,8 @@ lm_pool *lm_open_pool(int workers) {
     return NULL;
   }
   pool->lock = lm_create_lock();
-  if (pool->lock == NULL) {
+  pool->known_gaps = lm_create_known_gaps();
+  if (pool->lock == NULL || pool->known_gaps == NULL) {
     lm_close_pool(pool);
     return NULL;
   }
@@ -96,6 +99,7 @@ lm_pool *lm_open_pool(int workers) {
       lm_close_pool(pool);
       return NULL;
     }
+    pool->workspace[i]->known_gaps = pool->known_gaps;
   }
   return pool;
 }
@@ -106,6 +110,7 @@ void lm_close_pool(lm_pool *pool) {
     for (i = 0; i < pool->workers; i++) {
       lm_free_workspace(pool->workspace[i]);
     }
+    lm_free_known_gaps(pool->known_gaps);
     lm_free_lock(pool->lock);
     free(pool);
   }

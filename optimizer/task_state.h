@@ -19,7 +19,6 @@ typedef struct lm_certain_gap {
   int computed;
   double at[LM_FREE_MAX];
   double gap_arcmin;
-  double angle_rad;
 } lm_certain_gap;
 
 /* All data of one task. */

@@ -15,12 +15,11 @@
 
 /* Smallest side clearance of a point, between the angles of the scan and the edges as well: arcmin,
  * and the angle at which it is. 0 when the model refuses. */
-static int find_gap(lm_task_state *s, const double unit[], int nodes, int steps, double *gap_arcmin,
-                    double *angle_rad) {
+static int find_gap(lm_task_state *s, const double unit[], double *gap_arcmin, double *angle_rad) {
   lm_drive *drive = &s->workspace->drive;
   lm_smallest_gap smallest;
   if (lm_point_drive(s->problem, s->combination, unit, drive, NULL) != LM_OK ||
-      lm_find_face_gap(drive, nodes, steps, s->workspace->design.face, &smallest, NULL) != LM_OK) {
+      lm_find_face_gap(drive, NODES, STEPS, s->workspace->design.face, &smallest, NULL) != LM_OK) {
     return 0;
   }
   *gap_arcmin = smallest.gap_rad * 10800.0 / LM_PI;
@@ -29,17 +28,20 @@ static int find_gap(lm_task_state *s, const double unit[], int nodes, int steps,
 }
 
 /* The same on the grid of the certificate, once for a point that the model accepts. */
-static int find_certain_gap(lm_task_state *s, const double unit[], double *gap_arcmin,
-                            double *angle_rad) {
+static int find_certain_gap(lm_task_state *s, const double unit[], double *gap_arcmin) {
   lm_certain_gap *known = &s->certain;
   const size_t size = (size_t)s->problem->range_count * sizeof unit[0];
   if (!known->computed || memcmp(known->at, unit, size) != 0) {
+    lm_drive drive;
+    lm_smallest_gap smallest;
+    memset(&drive, 0, sizeof drive);
     memcpy(known->at, unit, size);
-    known->computed = find_gap(s, unit, LM_CERTAIN_NODES, LM_CERTAIN_STEPS, &known->gap_arcmin,
-                               &known->angle_rad);
+    known->computed = lm_point_drive(s->problem, s->combination, unit, &drive, NULL) == LM_OK &&
+                      lm_find_known_gap(s->workspace->known_gaps, &drive, s->workspace->design.face,
+                                        &smallest) == LM_OK;
+    known->gap_arcmin = known->computed ? smallest.gap_rad * 10800.0 / LM_PI : 0;
   }
   *gap_arcmin = known->gap_arcmin;
-  *angle_rad = known->angle_rad;
   return known->computed;
 }
 
@@ -57,10 +59,9 @@ static void open_fine_gap(lm_task_state *s) {
   int round;
   for (round = 0; round < 4 && s->answer->computed && !s->interrupted; round++) {
     double gap;
-    double angle;
     double unit[LM_FREE_MAX];
     memcpy(unit, s->answer->unit, sizeof unit);
-    if (!find_certain_gap(s, unit, &gap, &angle) || gap >= s->problem->bounds.gap_min_arcmin ||
+    if (!find_certain_gap(s, unit, &gap) || gap >= s->problem->bounds.gap_min_arcmin ||
         !lm_open_gap(s->problem, s->combination,
                      s->problem->bounds.gap_min_arcmin + LM_RESERVE - gap, unit)) {
       return;
@@ -110,9 +111,8 @@ static int holds_at_fine_phases(lm_task_state *s, const double unit[]) {
  * certificate asks. */
 static int holds_between(lm_task_state *s, const double unit[]) {
   double gap;
-  double angle;
   return (s->problem->bounds.gap_at_worst_corner ||
-          (find_certain_gap(s, unit, &gap, &angle) && gap >= s->problem->bounds.gap_min_arcmin)) &&
+          (find_certain_gap(s, unit, &gap) && gap >= s->problem->bounds.gap_min_arcmin)) &&
          holds_at_fine_phases(s, unit);
 }
 
@@ -126,8 +126,7 @@ static void solve_exactly(lm_task_state *s, const double start[]) {
     double gap;
     double angle;
     double from[LM_FREE_MAX];
-    if (!find_gap(s, s->answer->unit, NODES, STEPS, &gap, &angle) ||
-        gap >= s->problem->bounds.gap_min_arcmin) {
+    if (!find_gap(s, s->answer->unit, &gap, &angle) || gap >= s->problem->bounds.gap_min_arcmin) {
       break;
     }
     s->scan.angle[s->scan.count].offset_rad = angle;

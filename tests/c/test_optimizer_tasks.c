@@ -6,10 +6,12 @@
 
 #include "archive.h"
 #include "certificate.h"
+#include "known_gaps.h"
 #include "pool.h"
 #include "run_task.h"
 #include "spec.h"
 #include "test.h"
+#include "workspace.h"
 
 static lm_problem problem;
 static lm_workspace *workspace;
@@ -656,6 +658,50 @@ TEST(test_what_must_give_is_found_from_any_start) {
                         lm_explain_infeasible(&problem, 0, unit, 100, relax, workspace, &stop));
   TEST_ASSERT_EQUAL_INT(LM_OUT_OF_RANGE,
                         lm_explain_infeasible(&problem, 0, unit, 100, relax, workspace, NULL));
+}
+
+/* --- known gaps --- */
+
+static lm_drive drive_at(double shift, double grade) {
+  lm_drive drive;
+  memset(&drive, 0, sizeof drive);
+  make_task(LM_TASK_CONFIRM, 2);
+  task.unit[0] = shift;
+  task.unit[4] = grade;
+  TEST_ASSERT_EQUAL_INT(LM_OK, lm_point_drive(&problem, 0, task.unit, &drive, NULL));
+  return drive;
+}
+
+/* Meshes are made for an evaluation alone. */
+TEST(test_a_gap_is_evaluated_once_for_designs_that_differ_in_their_tolerances) {
+  lm_known_gaps *known = lm_create_known_gaps();
+  lm_mesh *meshes = workspace->design.face;
+  lm_smallest_gap first;
+  lm_smallest_gap found;
+  lm_smallest_gap exact;
+  lm_drive drive;
+  TEST_ASSERT_NOT_NULL(known);
+  read_with("fixed generator.type discs\n", two_objectives, two_grades);
+  drive = drive_at(0.5, 0);
+  TEST_ASSERT_EQUAL_INT(LM_OK, lm_find_known_gap(known, &drive, meshes, &first));
+  memset(meshes, 0x55, sizeof *meshes);
+  drive = drive_at(0.5, 1);
+  TEST_ASSERT_EQUAL_INT(LM_OK, lm_find_known_gap(known, &drive, meshes, &found));
+  TEST_ASSERT_EACH_EQUAL_HEX8(0x55, meshes, sizeof *meshes);
+  TEST_ASSERT_EQUAL_MEMORY(&first, &found, sizeof found);
+  drive = drive_at(0.6, 1);
+  TEST_ASSERT_EQUAL_INT(LM_OK, lm_find_known_gap(known, &drive, meshes, &found));
+  TEST_ASSERT_EQUAL_INT(
+      LM_OK, lm_find_face_gap(&drive, LM_CERTAIN_NODES, LM_CERTAIN_STEPS, meshes, &exact, NULL));
+  TEST_ASSERT_TRUE(found.gap_rad == exact.gap_rad && found.angle_rad == exact.angle_rad);
+  TEST_ASSERT_TRUE(found.gap_rad != first.gap_rad);
+  memset(meshes, 0x55, sizeof *meshes);
+  drive = drive_at(0.5, 0.5);
+  TEST_ASSERT_EQUAL_INT(LM_OK, lm_find_known_gap(NULL, &drive, meshes, &found));
+  TEST_ASSERT_TRUE(found.gap_rad == first.gap_rad);
+  TEST_ASSERT_TRUE(meshes->geometry.module_mm == 0.25); /* evaluated: nothing is known */
+  lm_free_known_gaps(known);
+  lm_free_known_gaps(NULL);
 }
 
 /* --- the pool --- */
