@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.optimize import least_squares
-from scipy.special import stdtrit
 
 from lostmotion.arrays import FloatArray
 from lostmotion.drives import Drive, parse_drive
@@ -128,6 +126,8 @@ def calibrate(drawing: Drive, source: Drive, names: Sequence[str] = DEFAULT) -> 
     InputError
         If a file has other contents, or the two are not the same drive.
     """
+    from scipy.optimize import least_squares  # a search needs only the names of the constants
+
     if drawing.design is None:
         raise InputError(drawing.file, "design", "no such table", "[design]: the drawing")
     if abs(abs(source.ratio / drawing.ratio) - 1.0) > RATIO_APART:
@@ -178,6 +178,8 @@ def constants_with_intervals(
     and the degrees of freedom are those of the slopes. An interval as wide as the search range is
     not reported.
     """
+    from scipy.special import stdtrit
+
     free = slopes - len(names)
     scatter = float(np.mean(found.fun**2)) * slopes / free
     curvature = found.jac.T @ found.jac * slopes / found.fun.size

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Literal
 
 from lostmotion import units
@@ -47,10 +48,15 @@ class Key:
     low: float = -math.inf
     high: float = math.inf
 
-    @property
+    @cached_property
     def written(self) -> str:
         """The key with the unit of its stored value."""
         return f"{self.name}_{self.unit}" if self.unit else self.name
+
+    @cached_property
+    def kept(self) -> units.Unit:
+        """The unit in which the key is kept; a pure number has the unit 1."""
+        return units.unit(self.unit) if self.unit else units.Unit("", units.DIMENSIONLESS, 1.0)
 
     @property
     def expected(self) -> str:
@@ -136,14 +142,14 @@ def read_keys(
             continue
         at = f"{place}.{written}" if place else written
         key, unit = _identify(file, at, written, by_name, known)
-        name = key_label(key, keys)
+        name = _label(key, by_name[key.name])
         if name in found:
             raise InputError(file, at, f"{found[name].place} as well", "the quantity once")
         found[name] = TableEntry(
             _convert(file, at, key, unit, value), at, unit.symbol if unit else ""
         )
     for key in keys:
-        if key.required and key_label(key, keys) not in found:
+        if key.required and _label(key, by_name[key.name]) not in found:
             at = f"{place}.{key.written}" if place else key.written
             raise InputError(file, at, "nothing", f"this key, {key.expected}")
     return found
@@ -151,8 +157,12 @@ def read_keys(
 
 def key_label(key: Key, keys: Sequence[Key]) -> str:
     """Name under which `read_keys` returns a key, with its unit if two keys share the name."""
-    shared = sum(other.name == key.name for other in keys) > 1
-    return key.written if shared else key.name
+    return _label(key, [other for other in keys if other.name == key.name])
+
+
+def _label(key: Key, same: Sequence[Key]) -> str:
+    """Label of a key, with all keys of its name."""
+    return key.written if len(same) > 1 else key.name
 
 
 def _identify(
@@ -170,7 +180,7 @@ def _identify(
     base, unit = units.split_unit(written)
     if unit is not None and base in by_name:
         for key in by_name[base]:
-            if unit.dimension == _kept(key).dimension:
+            if unit.dimension == key.kept.dimension:
                 return key, unit
         found = f"unit '{unit.symbol}', {units.dimension_name(unit.dimension)}"
         raise InputError(file, at, found, _dimensions(by_name[base]))
@@ -181,7 +191,7 @@ def _identify(
     same = [
         f"{name}_{unit.symbol}"
         for name, keys in by_name.items()
-        if unit is not None and any(unit.dimension == _kept(key).dimension for key in keys)
+        if unit is not None and any(unit.dimension == key.kept.dimension for key in keys)
     ]
     hint = did_you_mean(written, [*same, *known]) or f": {', '.join(known)}"
     raise InputError(file, at, "an unknown key", f"a key of this table{hint}")
@@ -189,7 +199,7 @@ def _identify(
 
 def _dimensions(keys: Sequence[Key]) -> str:
     """Describe the permitted units of keys with the same name."""
-    return " or ".join(units.dimension_name(_kept(key).dimension) for key in keys)
+    return " or ".join(units.dimension_name(key.kept.dimension) for key in keys)
 
 
 def _convert(file: str, at: str, key: Key, unit: units.Unit | None, value: Any) -> Any:
@@ -222,7 +232,7 @@ def _convert(file: str, at: str, key: Key, unit: units.Unit | None, value: Any) 
         number = math.inf
     if not math.isfinite(number):
         raise InputError(file, at, as_in_file(value), "a finite number")
-    kept = _kept(key)
+    kept = key.kept
     if unit is not None and unit != kept:  # in its own unit a value keeps every bit
         number = kept.from_si(unit.to_si(number))
     if not (number > key.above and key.low <= number <= key.high):
@@ -230,16 +240,11 @@ def _convert(file: str, at: str, key: Key, unit: units.Unit | None, value: Any) 
     return number
 
 
-def _kept(key: Key) -> units.Unit:
-    """Return the unit in which a key is kept; a pure number has the unit 1."""
-    return units.unit(key.unit) if key.unit else units.Unit("", units.DIMENSIONLESS, 1.0)
-
-
 def _range(key: Key, unit: units.Unit | None) -> str:
     """Describe the range of a key in the unit of the file."""
 
     def local(bound: float) -> str:
-        return f"{unit.from_si(_kept(key).to_si(bound)) if unit else bound:.6g}"
+        return f"{unit.from_si(key.kept.to_si(bound)) if unit else bound:.6g}"
 
     parts = []
     if math.isfinite(key.above):

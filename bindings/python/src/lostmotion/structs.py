@@ -695,7 +695,7 @@ def _paths(*sections: str) -> list[str]:
 
 def _set(drive: Any, path: str, value: Any) -> None:
     section, _, name = path.rpartition(".")
-    setattr(attrgetter(section)(drive) if section else drive, name, value)
+    setattr(getattr(drive, section) if section else drive, name, value)
 
 
 def _fill(

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TypeVar
 
 from lostmotion.arrays import FloatArray
@@ -151,6 +152,7 @@ def dimension_name(dimension: Dimension) -> str:
     return "a unit of dimension " + " ".join(parts)
 
 
+@lru_cache(maxsize=1024)
 def parse_unit(symbol: str) -> Unit | None:
     """Read a unit suffix such as ``mNm`` or ``N_per_mm2``; None when it is not one.
 
@@ -271,6 +273,7 @@ def is_unit(text: str) -> bool:
     return parse_unit(text.strip()) is not None or joined in SPELLINGS or joined in FOLDED
 
 
+@lru_cache(maxsize=1024)
 def split_unit(name: str) -> tuple[str, Unit | None]:
     """Split a name into quantity and unit; the longest suffix that is a unit is used.
 

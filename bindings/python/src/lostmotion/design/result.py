@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import pickle
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -156,6 +157,7 @@ class Designs:
         self.units = tuple(figures()[i][1] for i in spec.objectives)
         stiffness = self.lib.LM_FIGURE_COMPLIANCE
         self.larger = tuple(i == stiffness for i in spec.objectives)
+        self.parsed: dict[str, bytes] = {}
         self.scan = self.ffi.new("lm_scan *")
         self.layout = self.ffi.new("lm_layout *")
         self.lib.lm_default_scan(self.scan)
@@ -195,7 +197,7 @@ class Designs:
         if text == self.ffi.NULL:
             raise MemoryError
         try:
-            document: dict[str, Any] = tomllib.loads(self.ffi.string(text).decode())
+            document = self._parsed(c_string(text))
         finally:
             self.lib.lm_free_text(text)
         document["drive"]["name"] = name or self.spec.name
@@ -207,6 +209,15 @@ class Designs:
             values = self.values(combination, unit)
             grades = [values[f"tolerance.{i}.grade"] for i in range(len(self.spec.links))]
             document["design"]["tolerance"] = kept_tolerances(self.spec, grades, document["design"])
+        return document
+
+    def _parsed(self, text: str) -> dict[str, Any]:
+        """Parse a drive file; what precedes the tolerances once for designs that differ in them."""
+        head, mark, tail = text.partition("[[design.tolerance]]")
+        if head not in self.parsed:
+            self.parsed[head] = pickle.dumps(tomllib.loads(head))
+        document: dict[str, Any] = pickle.loads(self.parsed[head])
+        document["design"].update(tomllib.loads(mark + tail).get("design", {}))
         return document
 
     def measure(self, combination: int, unit: Any) -> tuple[dict[str, float], dict[str, float]]:

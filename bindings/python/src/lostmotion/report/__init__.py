@@ -1,20 +1,33 @@
 """Reports: one HTML file with figures, their data, and the command that made it.
 
 The file needs no network: drawings to scale are SVG, charts are Plotly figures, and the page
-contains Plotly. Data are CSV links in the page.
+contains Plotly. Data are CSV links in the page. The sections are loaded on first use.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from importlib import import_module
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from lostmotion.files import write_whole
-from lostmotion.report.characterization import characterization_section
-from lostmotion.report.comparison import comparison_section
-from lostmotion.report.discovery import diagnosis_section, fit_section
-from lostmotion.report.drive import drive_section
 from lostmotion.report.page import Section, render
+
+if TYPE_CHECKING:
+    from lostmotion.report.characterization import characterization_section
+    from lostmotion.report.comparison import comparison_section
+    from lostmotion.report.discovery import diagnosis_section, fit_section
+    from lostmotion.report.drive import drive_section
+
+FROM = {
+    "characterization_section": "characterization",
+    "comparison_section": "comparison",
+    "diagnosis_section": "discovery",
+    "drive_section": "drive",
+    "fit_section": "discovery",
+}
+"""Module of each section."""
 
 __all__ = [
     "Section",
@@ -25,6 +38,15 @@ __all__ = [
     "fit_section",
     "write_report",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """Load a section on first use."""
+    if name not in FROM:
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+    found = getattr(import_module(f"{__name__}.{FROM[name]}"), name)
+    globals()[name] = found
+    return found
 
 
 def write_report(

@@ -14,11 +14,12 @@ from dataclasses import dataclass
 from functools import cache
 from html import escape
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from lostmotion.discover.fitted_model import FittedModel
-from lostmotion.discover.whitened_result import WhitenedResult
 from lostmotion.report.figure_data import Columns
+
+if TYPE_CHECKING:
+    from lostmotion.discover.whitened_result import WhitenedResult
 
 SCRIPT = Path(__file__).with_name("charts.js")
 
@@ -74,6 +75,8 @@ def page_figure(figure: Any) -> dict[str, Any]:
 
 def plots_of(result: WhitenedResult) -> list[Chart]:
     """Return the plots for judging the residual of a result."""
+    from lostmotion.discover.fitted_model import FittedModel  # reports of drawings need no SciPy
+
     found = [
         Chart(
             "time",

@@ -86,13 +86,11 @@ def gear_profile(mesh: Mesh, name: str) -> GearProfile:
     root, tip = (float(getattr(mesh.geometry, f"{name}_{end}_mm")) for end in ("root", "tip"))
     side = -1.0 if internal else 1.0  # from the flank to the middle of the space
 
-    def half(radius: float) -> float:
-        return float(mesh.half_angle(name, np.array([radius]))[0])
-
+    half = mesh.half_angles(name)
     fillet, form, centre = _fillet(half, (root, tip), rounding, (side, math.pi / teeth))
     foot = centre * root / np.hypot(*centre)
-    arc = _arc(centre, fillet, _at(form, half(form)), foot)
-    radius = np.linspace(form, tip, FLANK_POINTS)
+    arc = _arc(centre, fillet, np.array(_at(form, half(form))), foot)
+    radius = np.linspace(form, tip, FLANK_POINTS).tolist()
     flank = np.array([_at(r, half(r)) for r in radius])
     end, middle = math.atan2(*foot), 0.0 if internal else math.pi / teeth
     bottom = np.array([_at(root, a) for a in np.linspace(end, middle, ARC_POINTS)])
@@ -107,8 +105,8 @@ def gear_profile(mesh: Mesh, name: str) -> GearProfile:
     )
 
 
-def _at(radius: float, angle: float) -> FloatArray:
-    return np.array([radius * math.sin(angle), radius * math.cos(angle)])
+def _at(radius: float, angle: float) -> tuple[float, float]:
+    return radius * math.sin(angle), radius * math.cos(angle)
 
 
 def _fillet(
@@ -126,14 +124,15 @@ def _fillet(
     side, half_pitch = space
     step = 1e-6 * abs(tip - root)
 
-    def centre(radius: float, arc: float) -> FloatArray:
+    def centre(radius: float, arc: float) -> tuple[float, float]:
         ahead, behind = (_at(r, half(r)) for r in (radius + step, radius - step))
-        along = (ahead - behind) / np.hypot(*(ahead - behind))
-        normal = side * np.array([along[1], -along[0]])
-        return np.asarray(_at(radius, half(radius)) + arc * normal)
+        x, y = ahead[0] - behind[0], ahead[1] - behind[1]
+        length = float(np.hypot(x, y))
+        at = _at(radius, half(radius))
+        return at[0] + arc * (side * (y / length)), at[1] + arc * (side * -(x / length))
 
     def missing(radius: float, arc: float) -> float:
-        return float(np.hypot(*centre(radius, arc)) - (root + side * arc))
+        return float(np.hypot(*centre(radius, arc))) - (root + side * arc)
 
     def fits(arc: float) -> tuple[float, FloatArray] | None:
         if missing(root, arc) * missing(tip, arc) > 0:
@@ -142,7 +141,7 @@ def _fillet(
         place = centre(form, arc)
         angle = math.atan2(*place)
         room = angle if side < 0 else half_pitch - angle
-        return (form, place) if room >= 0 else None
+        return (form, np.array(place)) if room >= 0 else None
 
     found = fits(rounding)
     if found is not None:
@@ -156,7 +155,7 @@ def _fillet(
             low = arc
     found = fits(low)
     if found is None:
-        return 0.0, root, _at(root, half(root))
+        return 0.0, root, np.array(_at(root, half(root)))
     return low, *found
 
 

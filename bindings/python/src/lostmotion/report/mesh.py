@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -66,21 +66,21 @@ class Mesh:
         polar = angle_rad + found.lead_rad
         return polar, found.radius_mm, polar + math.atan2(found.tilt_sin, found.tilt_cos)
 
-    def half_angle(self, flank: str, radius_mm: FloatArray) -> FloatArray:
-        """Half angle of a flank at radii."""
-        lib, ffi = self.model.core.lib, self.model.core.ffi
+    def half_angles(self, flank: str) -> Callable[[float], float]:
+        """Half angle of a flank as a function of the radius in mm."""
+        lib, ffi, mesh = self.model.core.lib, self.model.core.ffi, self.mesh
         if flank == "rigid":
-            return np.array([lib.lm_rigid_flank_at(self.mesh, r).half_angle_rad for r in radius_mm])
-        if self.mesh.flank.kind == lib.LM_FLANK_INVOLUTE:
-            involute = ffi.addressof(self.mesh.geometry, flank)
-            return np.array(
-                [lib.lm_evaluate_involute(involute, r).half_angle_rad for r in radius_mm]
-            )
-        own = ffi.addressof(self.mesh, "flank")
-        feet = [lib.lm_evaluate_flank(own, lib.lm_flank_at_radius(own, r)) for r in radius_mm]
-        return np.array(
-            [math.atan2(f.across_mm, f.along_mm + self.geometry.neutral_mm) for f in feet]
-        )
+            return lambda radius: float(lib.lm_rigid_flank_at(mesh, radius).half_angle_rad)
+        if mesh.flank.kind == lib.LM_FLANK_INVOLUTE:
+            involute = ffi.addressof(mesh.geometry, flank)
+            return lambda radius: float(lib.lm_evaluate_involute(involute, radius).half_angle_rad)
+        own, neutral_mm = ffi.addressof(mesh, "flank"), float(mesh.geometry.neutral_mm)
+
+        def half_angle(radius: float) -> float:
+            foot = lib.lm_evaluate_flank(own, lib.lm_flank_at_radius(own, radius))
+            return math.atan2(foot.across_mm, foot.along_mm + neutral_mm)
+
+        return half_angle
 
     def rigid_axis(self, angle_rad: float) -> float:
         """Position of the rigid gear's space (or tooth) that meets a tooth (or space)."""
@@ -139,7 +139,7 @@ def first_touches(
 
 def touch_place(mesh: Mesh, touch: Touch) -> FloatArray:
     """Contact point on the rigid gear's flank, in screen coordinates."""
-    half = float(mesh.half_angle("rigid", np.array([touch.radius_mm]))[0])
+    half = mesh.half_angles("rigid")(touch.radius_mm)
     # Internal: the forward flank of the tooth meets the far flank of the space. External: the
     # flexspline's space comes with growing angles against the near flank of the rigid tooth.
     side = -touch.side if mesh.external else touch.side

@@ -159,7 +159,7 @@ def draw_ring(
     spaces = [start + k * 2.0 * math.pi / g.rigid_teeth for k in range(g.rigid_teeth)]
     loaded = {mesh.number(t.angle_rad) for t in touches if t.loaded}
     ends = np.array(sorted((g.rigid_root_mm, g.rigid_tip_mm)))
-    half = mesh.half_angle("rigid", ends)
+    half = np.array([mesh.half_angles("rigid")(float(end)) for end in ends])
     radius = np.array([ends[0], ends[1], ends[1], ends[0]])
     shapes = [at(a + np.array([-half[0], -half[1], half[1], half[0]]), radius) for a in spaces]
     toothed = np.concatenate(shapes)
@@ -171,7 +171,7 @@ def draw_ring(
 
     # Flexspline: every tooth at the place that the library gives it.
     ends = np.array(sorted((g.flexspline_root_mm, g.flexspline_tip_mm)))
-    half = mesh.half_angle("flexspline", ends)
+    half = np.array([mesh.half_angles("flexspline")(float(end)) for end in ends])
     corners, spots = [], []
     polar, foot = np.zeros(g.flexspline_teeth), np.zeros(g.flexspline_teeth)
     for k in range(g.flexspline_teeth):
