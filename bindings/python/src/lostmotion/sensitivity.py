@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -108,10 +107,18 @@ def with_value(drive: Drive, key: str, value: float) -> Drive:
 
 def with_values(drive: Drive, values: Mapping[str, float]) -> Drive:
     """Return the drive with several numbers of its file replaced; keys as for `with_value`."""
-    document = copy.deepcopy(drive.document)
+    document = _copied_tables(drive.document)
     for key, value in values.items():
         _replace(document, key, value, drive.file)
     return parse_drive(document, drive.file)
+
+
+def _copied_tables(document: Mapping[str, Any]) -> dict[str, Any]:
+    """Copy the tables of a file; arrays, in which no number is replaced, are shared."""
+    return {
+        key: _copied_tables(value) if isinstance(value, dict) else value
+        for key, value in document.items()
+    }
 
 
 def _replace(document: dict[str, Any], key: str, value: float, file: str) -> None:

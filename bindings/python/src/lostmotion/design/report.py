@@ -175,10 +175,11 @@ def explorer(result: SearchResult, context: Context) -> str:
     step = max(1, -(-len(result.front) // PICTURES_MAX))
     designs = []
     values = []
+    fields: dict[str, Values] = {}
     for i, one in enumerate(result.front):
         pictured = i % step == 0
-        model = _model(one["drive"])
-        values.append(_values(one["drive"], model))
+        model = _model(one["drive"]) if pictured else None
+        values.append(_values(one["drive"], fields))
         designs.append(
             {
                 "o": one["objectives"],
@@ -271,8 +272,8 @@ def _front_table(result: SearchResult, values: Sequence[Values]) -> Columns:
     return columns
 
 
-def _values(drive: Mapping[str, Any], model: DesignModel | None) -> Values:
-    """List the dimensions of a drive that a designer requires first."""
+def _values(drive: Mapping[str, Any], fields: dict[str, Values]) -> Values:
+    """List the dimensions of a drive that a designer requires first; `fields` is for `_fields`."""
     design = drive["design"]
     teeth, generator, rim = design["teeth"], design["generator"], design["flexspline"]
     out: Values = [
@@ -295,11 +296,24 @@ def _values(drive: Mapping[str, Any], model: DesignModel | None) -> Values:
         ("rim, mm", rim["rim_thickness_mm"]),
         ("wall, mm", rim["wall_thickness_mm"]),
     ]
-    out += [
-        (f"field of {link['name']}, µm", link["upper_um"] - link["lower_um"])
-        for link in (model.tolerance_budget() if model else ())
-    ]
-    return out
+    return out + _fields(drive, fields)
+
+
+def _fields(drive: Mapping[str, Any], known: dict[str, Values]) -> Values:
+    """List the fields of the tolerances.
+
+    They depend on the entries, the module and the numbers of teeth alone, which many designs of a
+    front share: `known` keeps them.
+    """
+    teeth = drive["design"]["teeth"]
+    basis = (teeth["module_mm"], teeth["flexspline_teeth"], teeth["rigid_teeth"])
+    key = repr((drive["design"].get("tolerance"), *basis))
+    if key not in known:
+        known[key] = [
+            (f"field of {link['name']}, µm", link["upper_um"] - link["lower_um"])
+            for link in _links(drive)
+        ]
+    return known[key]
 
 
 def _model(document: Mapping[str, Any]) -> DesignModel | None:

@@ -158,6 +158,7 @@ class Designs:
         stiffness = self.lib.LM_FIGURE_COMPLIANCE
         self.larger = tuple(i == stiffness for i in spec.objectives)
         self.parsed: dict[str, bytes] = {}
+        self.key_names = [self.key_name(i) for i in range(self.lib.LM_KEY_COUNT)]
         self.scan = self.ffi.new("lm_scan *")
         self.layout = self.ffi.new("lm_layout *")
         self.lib.lm_default_scan(self.scan)
@@ -175,14 +176,14 @@ class Designs:
         """Values of all keys at a point; 0 where the default of the model applies."""
         value = self.ffi.new("double[]", self.lib.LM_KEY_COUNT)
         self.lib.lm_point_values(self.problem, combination, unit, value)
-        return {self.key_name(i): value[i] for i in range(self.lib.LM_KEY_COUNT)}
+        return dict(zip(self.key_names, value, strict=True))
 
     def varied(self, combination: int, unit: Any) -> dict[str, float]:
         """Values of the variables with a range, by dotted key of the search."""
         value = self.ffi.new("double[]", self.lib.LM_KEY_COUNT)
         self.lib.lm_point_values(self.problem, combination, unit, value)
         ranged = [self.problem.range[i].key for i in range(self.problem.range_count)]
-        return {self.key_name(key): value[key] for key in ranged}
+        return {self.key_names[key]: value[key] for key in ranged}
 
     def objectives(self, found: Any) -> list[float]:
         """Objectives of an `lm_solution` in the units of `figures`."""
