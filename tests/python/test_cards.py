@@ -37,13 +37,15 @@ OTHER_THINGS = {
     # A clearance between teeth.
     "gap_rad": (
         "model.py",
-        "characterize/characterization.py",
+        "drives.py",
         "report/mesh.py",
         "report/teeth.py",
     ),
-    # A dead zone that was characterized is written into a drive file as this effect.
-    "free_play": ("characterize/characterization.py",),
+    # A dead zone that was characterized is written into a drive file as this effect; a fit has it
+    # in the torsion curve.
+    "free_play": ("drives.py", "fit/drive_file.py"),
     "takeup_Nm": (
+        "drives.py",
         "characterize/characterization.py",
         "characterize/backlash.py",
         "characterize/three_slopes.py",

@@ -17,8 +17,12 @@ from lostmotion.characterize.figures import Estimate, hysteresis_loss, lost_moti
 from lostmotion.characterize.stretches import collect
 from lostmotion.characterize.three_slopes import developed
 from lostmotion.cli import main
-from lostmotion.compare import zero_widths
-from lostmotion.drives import read_drive
+from lostmotion.compare import compare, zero_widths
+from lostmotion.discover.fitted_model import fit_model
+from lostmotion.drives import parse_drive, read_drive
+from lostmotion.effects.library import library
+from lostmotion.errors import InputError
+from lostmotion.fit.drive_file import make_base
 from lostmotion.recordings import Campaign, Run, read_campaign
 from lostmotion.threads import one_thread
 
@@ -166,6 +170,41 @@ def test_a_gap_is_found_and_leaves_the_slopes_alone(gap: float) -> None:
     assert found.curve["K1"].value == pytest.approx(31e3, rel=0.02)
     for share, truth in ((0.03, Loop(gap=gap).lost_motion(0.03)),):
         assert found.lost_motion[share].value == pytest.approx(truth, rel=0.05)
+
+
+@pytest.mark.parametrize("share", [0.5, 1.0, 2.0])
+def test_a_fit_has_the_gap_in_its_torsion_curve_alone(share: float) -> None:
+    """The gap of the file is where the fit starts; that of the recordings is what it finds."""
+    gap = 20.0 * ARCMIN
+    known = characterize(campaign_of(Loop(gap=gap, loops=8), 5), rated_torque_Nm=67.0)
+    drive = parse_drive(known.document())
+    assert [table["name"] for table in drive.effects] == ["free_play"]
+    campaign = campaign_of(Loop(gap=share * gap, loops=8), 7)
+    model = fit_model(drive, campaign)
+    assert not model.base.terms
+    assert "effect" not in model.document(drive)
+    assert model.ladder[-1]["rms_arcsec"] < 2.0
+    again = make_base(parse_drive(model.document(drive)), campaign, None, library())
+    assert np.array_equal(again.curve.slopes * ARCSEC, model.base.curve.slopes * ARCSEC)
+    if share == 1.0:
+        assert compare(drive, campaign).answer()["unfitted_rms_arcsec"] < 30.0
+
+
+def test_a_fitted_file_that_has_the_gap_apart_gives_the_same_angle() -> None:
+    """Files of earlier versions have slopes and a free play, both fitted."""
+    campaign = campaign_of(Loop(gap=2.0 * ARCMIN, loops=8), 5)
+    drive = parse_drive(characterize(campaign, rated_torque_Nm=67.0).document())
+    document = fit_model(drive, campaign).document(drive)
+    one = make_base(parse_drive(document), campaign, None, library())
+    document["effect"] = drive.document["effect"]
+    both = make_base(parse_drive(document), campaign, None, library())
+    play = drive.effects[0]
+    torque = np.linspace(-67.0, 67.0, 401)
+    share = np.clip(torque / play["takeup_Nm"], -1, 1)
+    added = both.curve.angle(torque) - one.curve.angle(torque)
+    assert added == pytest.approx(play["gap_rad"] / ARCSEC * share, abs=1e-9)
+    with pytest.raises(InputError, match="absorbed by the torsion curve"):
+        fit_model(drive, campaign, ["free_play"])
 
 
 def test_without_a_gap_there_is_none_above_a_stated_size() -> None:

@@ -80,6 +80,33 @@ SECTIONS = (
 
 
 @dataclass(frozen=True)
+class FreePlay:
+    """A side clearance, an effect of a drive file that every torsion curve of a fit contains.
+
+    A fit has only the sum of both, because recordings do not separate them. A controller has both
+    as they are in the file.
+
+    Attributes
+    ----------
+    step_rad : float
+        Angle from the middle to one end.
+    within_Nm : float
+        Torque that closes it.
+    """
+
+    step_rad: float
+    within_Nm: float
+
+    def table(self) -> dict[str, Any]:
+        """``[[effect]]`` table of a drive file."""
+        return {"name": FREE_PLAY, "gap_rad": self.step_rad, "takeup_Nm": self.within_Nm}
+
+
+FREE_PLAY = "free_play"
+"""Name of the effect."""
+
+
+@dataclass(frozen=True)
 class Drive:
     """A drive as its file describes it.
 
@@ -118,6 +145,16 @@ class Drive:
             f"{self.rated_torque_Nm:g} Nm{', fitted' if self.fit else ''}"
             f"{', with ' + names if names else ''}>"
         )
+
+    @property
+    def free_play(self) -> FreePlay | None:
+        """Free play among the effects, if any."""
+        c = core()
+        for index, table in enumerate(self.effects):
+            if table["name"] == FREE_PLAY:
+                ranges = value_ranges(c, library_effects(c)[FREE_PLAY])
+                return FreePlay(*effect_values(self.file, f"effect[{index}]", table, ranges))
+        return None
 
 
 def read_drive(file: str | Path) -> Drive:

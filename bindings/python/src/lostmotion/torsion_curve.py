@@ -33,6 +33,22 @@ class TorsionCurve:
         above = np.maximum(torque_Nm - self.torque_Nm[-1], 0.0) * slope[-1]
         return np.asarray(inside + below + above)
 
+    def with_step(self, size_rad: float, within_Nm: float) -> TorsionCurve:
+        """The curve with an additional step at zero torque in each direction.
+
+        Parameters
+        ----------
+        size_rad : float
+            Of each step.
+        within_Nm : float
+            Torque up to which the angle rises by it, in proportion.
+        """
+        ends = max(self.torque_Nm[-1], 2.0 * within_Nm) * np.array([-1.0, 1.0])
+        torque = np.union1d(self.torque_Nm, [*ends, -within_Nm, within_Nm])
+        return TorsionCurve(
+            torque, self(torque) + size_rad * np.clip(torque / within_Nm, -1.0, 1.0)
+        )
+
 
 def run_plays(
     radius_Nm: FloatArray,

@@ -11,9 +11,9 @@ from lostmotion.candidates.forms import tangents_of
 from lostmotion.candidates.tangents import resolved
 from lostmotion.effects.columns import (
     NO_COLUMN,
+    absorbed,
     constant_columns,
     missing_columns,
-    varies,
 )
 from lostmotion.effects.conditions import side_by_side
 from lostmotion.effects.effect import Effect
@@ -57,7 +57,7 @@ def named_candidates(
         if missing:
             closed[name] = NO_COLUMN + ", ".join(missing)
             continue
-        if effect.absorbed and not varies(c, effect.told_by):
+        if absorbed(effect, c):
             closed[name] = "not testable: " + effect.absorbed
             continue
         if effect.is_hysteresis and base.hysteresis.widening is not None:

@@ -30,7 +30,7 @@ from lostmotion.characterize.three_slopes import (
     fit_slopes,
     values_carried,
 )
-from lostmotion.drives import Drive, parse_drive
+from lostmotion.drives import Drive, FreePlay, parse_drive
 from lostmotion.errors import InputError, given_as
 from lostmotion.recordings import Campaign, Protocol, say_findings
 from lostmotion.recordings.gate import check_encoders
@@ -462,9 +462,7 @@ class Characterization:
                 key: value for key, value in document["recordings"].items() if value is not None
             }
         if fit.takeup_Nm > 0:
-            document["effect"] = [
-                {"name": "free_play", "gap_rad": fit.step_rad, "takeup_Nm": fit.takeup_Nm}
-            ]
+            document["effect"] = [FreePlay(fit.step_rad, fit.takeup_Nm).table()]
         parse_drive(document, file)
         return document
 

@@ -329,8 +329,12 @@ def _compare(
     )
     c = inside.conditions
     measured = c.centred(c.lost_motion)
-    as_sheet = inside.hysteresis.unfitted and not inside.terms
-    stands = torsion_curve(torque) / ARCSEC if as_sheet else inside.at().angle
+    driven, _, plays, wound = inside.driven()
+    if inside.hysteresis.unfitted:
+        sheet = torsion_curve if inside.sheet is None else inside.sheet
+        stands = inside.angles(driven, plays, driven, sheet(driven) / ARCSEC)[1]
+    else:
+        stands = inside.angles(driven, plays, wound, inside.curve.angle(wound))[1]
     stands = measured - c.centred(stands)
     seen = runs_to_fit(campaign, fit_on)
     rows = None if seen.all() else seen[c.run_of]

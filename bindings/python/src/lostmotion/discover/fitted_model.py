@@ -24,7 +24,7 @@ from lostmotion.discover.stepwise_fit import EstimatedValues, fit_stepwise
 from lostmotion.discover.terms import contest_of_term
 from lostmotion.discover.whitened_result import WhitenedResult
 from lostmotion.drives import Drive
-from lostmotion.effects.columns import constant_columns
+from lostmotion.effects.columns import absorbed, constant_columns
 from lostmotion.effects.effect import Effect, find_effect
 from lostmotion.effects.formula import written_formula
 from lostmotion.effects.library import library
@@ -301,6 +301,9 @@ def require_addable(base: BaselineModel, add: Sequence[Effect]) -> None:
     present = {term.effect.name for term in base.terms}
     for effect in add:
         require(effect, base.conditions)
+        if absorbed(effect, base.conditions):
+            expected = "an effect that the baseline model does not contain"
+            raise InputError("--add", effect.name, effect.absorbed, expected)
         flat = constant_columns(effect, base.conditions)
         if flat:
             file = base.conditions.campaign.runs[0].file

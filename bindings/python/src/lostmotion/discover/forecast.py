@@ -20,7 +20,7 @@ from lostmotion.evidence.noise import Noise
 from lostmotion.evidence.overlap import principal_angles
 from lostmotion.evidence.sign_flips import runs_least
 from lostmotion.fit.baseline import BaselineModel
-from lostmotion.fit.drive_file import require_plan, restore
+from lostmotion.fit.drive_file import require_plan, restore, torsion_curve_of
 from lostmotion.recordings import Campaign
 from lostmotion.torsion_curve import TorsionCurve
 
@@ -49,7 +49,8 @@ def forecast(
 ) -> dict[str, Any]:
     """Forecast which effects a plan would detect, their smallest sizes, and open pairs."""
     require_plan(campaign)
-    base = BaselineModel(Conditions(campaign), drive.rated_torque_Nm, torsion_curve)
+    sheet = torsion_curve_of(drive, torsion_curve)
+    base = BaselineModel(Conditions(campaign), drive.rated_torque_Nm, sheet)
     base.curve.mean_slope = float(np.mean(base.curve.prior_slopes))
     base.curve.slopes = base.curve.prior_slopes.copy()
     restore(drive, base, effects)

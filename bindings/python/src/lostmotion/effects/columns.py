@@ -62,3 +62,8 @@ def constant_columns(effect: Effect, conditions: Conditions) -> list[str]:
 def varies(conditions: Conditions, column: str | None) -> bool:
     """Whether a column was recorded and varies."""
     return column in conditions.columns and float(np.ptp(conditions.columns[column])) > 0
+
+
+def absorbed(effect: Effect, conditions: Conditions) -> bool:
+    """Whether the baseline model absorbs an effect, so that only one of the two is estimated."""
+    return bool(effect.absorbed) and not varies(conditions, effect.told_by)

@@ -9,12 +9,13 @@ import numpy as np
 
 from lostmotion.arrays import FloatArray
 from lostmotion.drives import (
+    FREE_PLAY,
     KNOT,
     PLAY_RADIUS,
     Drive,
     effect_values,
 )
-from lostmotion.effects.columns import missing_columns
+from lostmotion.effects.columns import absorbed, missing_columns
 from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.effect import Effect, find_effect
 from lostmotion.effects.formula import written_formula
@@ -24,6 +25,7 @@ from lostmotion.fit.terms import Term
 from lostmotion.model import fit_values
 from lostmotion.recordings import Campaign
 from lostmotion.torsion_curve import TorsionCurve
+from lostmotion.units import ARCSEC
 
 SAMPLES_LEAST = 50
 """The baseline model alone has about forty parameters: slopes, operators, offsets."""
@@ -74,16 +76,38 @@ def written_effects(drive: Drive) -> dict[str, Effect]:
 
 
 def restore(drive: Drive, base: BaselineModel, effects: Mapping[str, Effect]) -> None:
-    """Set a baseline model to the values of a fitted drive file."""
-    base.terms = [term_from(table, effects, drive.file) for table in drive.effects]
+    """Set a baseline model to the values and effects of a drive file.
+
+    An effect that the baseline model absorbs keeps the value of the file, because only one of the
+    two can be estimated; a free play becomes a part of the torsion curve.
+    """
+    base.terms = [
+        term_from(table, effects, drive.file)
+        for table in drive.effects
+        if table["name"] != FREE_PLAY
+    ]
+    for term in base.terms:
+        if absorbed(term.effect, base.conditions):
+            term.free = []
     knots, radii = fit_values(drive, KNOT), fit_values(drive, PLAY_RADIUS)
     if knots.size == 0 or radii.size == 0:
         return
     values = (drive.fit or {}).get("values", {})
     for filed in FILED:
         filed.restore(base, values)
+    play = drive.free_play
+    if play is not None:
+        base.curve.add_step(play.step_rad / ARCSEC, play.within_Nm)
     base.hysteresis.fill_up()
     base.curve.prior_slopes = np.maximum(base.curve.slopes, 1e-3 * base.curve.mean_slope)
+
+
+def torsion_curve_of(drive: Drive, torsion_curve: TorsionCurve | None) -> TorsionCurve | None:
+    """Torsion curve of the data sheet with the free play of the drive file."""
+    play = drive.free_play
+    if play is None or torsion_curve is None:
+        return torsion_curve
+    return torsion_curve.with_step(play.step_rad, play.within_Nm)
 
 
 def make_base(
@@ -94,7 +118,8 @@ def make_base(
 ) -> BaselineModel:
     """Make the baseline model of a drive for a campaign, with the fit and effects of its file."""
     campaign.require_variation()
-    base = BaselineModel(Conditions(campaign), drive.rated_torque_Nm, torsion_curve)
+    sheet = torsion_curve_of(drive, torsion_curve)
+    base = BaselineModel(Conditions(campaign), drive.rated_torque_Nm, sheet)
     restore(drive, base, effects)
     for term in base.terms:
         require(term.effect, base.conditions)

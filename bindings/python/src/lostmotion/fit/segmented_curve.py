@@ -30,7 +30,7 @@ KNOT_RANGE = (1e-3, 0.9)
 """First and last knot relative to the largest torque."""
 
 SLOPE_MAX = 50.0
-"""Largest compliance of a segment relative to the mean one of the drive."""
+"""Largest compliance of a segment relative to its prior, or to the mean one of the drive."""
 
 KNOTS_FILED = Filed("curve.knots_Nm", KNOT, "knot_Nm")
 SLOPES_FILED = Filed("curve.slopes", SLOPE, "slope_rad_per_Nm", ARCSEC)
@@ -89,6 +89,17 @@ class SegmentedCurve:
             ends = np.concatenate(([0.0], self.knots_Nm, [last]))
             self.prior_slopes = np.diff(sheet(ends)) / np.diff(ends) / ARCSEC
 
+    def add_step(self, size: float, within_Nm: float) -> None:
+        """Add a step at zero torque in each direction, see `TorsionCurve.with_step`; arc seconds.
+
+        Its end becomes a knot.
+        """
+        place = int(np.searchsorted(self.knots_Nm, within_Nm))
+        if within_Nm not in self.knots_Nm:
+            self.knots_Nm = np.insert(self.knots_Nm, place, within_Nm)
+            self.slopes = np.insert(self.slopes, place, self.slopes[place])
+        self.slopes[: place + 1] += size / within_Nm
+
     def slope_at(self, wound: FloatArray) -> FloatArray:
         """Slope of the segment of each torque."""
         return self.slopes[np.searchsorted(self.knots_Nm, np.abs(wound), side="right")]
@@ -123,7 +134,7 @@ class SegmentedCurve:
             block_names("slope", n),
             self.slopes,
             np.zeros(n),
-            np.full(n, SLOPE_MAX * self.mean_slope),
+            SLOPE_MAX * np.maximum(self.mean_slope, self.prior_slopes),
             1.0 / np.maximum(sd, self.slopes) ** 2,
             partial(setattr, self, "slopes"),
             fill,
