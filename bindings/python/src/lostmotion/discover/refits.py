@@ -118,27 +118,34 @@ def refit(current: RecordedRound, result: Result) -> Contender | None:
     """Fit baseline and candidate together, from the deviations that this hypothesis predicts.
 
     If the model so found keeps too little of the gain in the contest (`rules.RIVAL_SHARE`), that
-    step was too long: the fit then starts from the present model.
+    step was too long: the fit then starts from the present model. Least squares do not know the
+    form error: beside one, the present model with the candidate is settled without them as well.
+    The model that gains most counts.
 
     Returns
     -------
     Contender or None
         None if the fit with the candidate is not finite.
     """
-    found = refit_from(current, result, step=True)
-    if found is not None and found.gain >= rules.RIVAL_SHARE * result.gain:
-        return found
-    again = refit_from(current, result, step=False)
-    return max(filter(None, (found, again)), key=lambda c: c.gain, default=None)
+    found = refit_from(current, result, step=True, fit=REFIT_STEPS)
+    enough = found is not None and found.gain >= rules.RIVAL_SHARE * result.gain
+    others: list[Contender | None] = []
+    if not enough:
+        others.append(refit_from(current, result, step=False, fit=BASE_STEPS))
+    if current.settled.base.form_error is not None:
+        others.append(refit_from(current, result, step=False, fit=0))
+    return max(filter(None, (found, *others)), key=lambda c: c.gain, default=None)
 
 
-def refit_from(current: RecordedRound, result: Result, *, step: bool) -> Contender | None:
-    """Fit baseline and candidate together from one start; None if the fit is not finite.
+def refit_from(current: RecordedRound, result: Result, *, step: bool, fit: int) -> Contender | None:
+    """Optimise baseline and candidate together from one start; None if the model is not finite.
 
     Parameters
     ----------
     step : bool
-        Whether the fit starts at the optimum that the hypothesis predicts, or at the present model.
+        Whether it starts at the optimum that the hypothesis predicts, or at the present model.
+    fit : int
+        Evaluations by least squares before the model is settled; 0: none.
     """
     settled, candidate = current.settled, current.candidates[result.name]
     base = settled.base.copy()
@@ -146,11 +153,9 @@ def refit_from(current: RecordedRound, result: Result, *, step: bool) -> Contend
         if step:
             step_to(base, current, result)
         put_in(base, current, candidate, *start_of(current, result))
-        base.fit(
-            noise=float(np.median(settled.noise.sigma)),
-            steps=REFIT_STEPS if step else BASE_STEPS,
-            tolerance=close_enough(base),
-        )
+        if fit:
+            noise = float(np.median(settled.noise.sigma))
+            base.fit(noise=noise, steps=fit, tolerance=close_enough(base))
         done = settle(base, settled.noise)
         if candidate.effect is not None and hold_to_name(done.base.terms[-1]):
             done = refitted(done.base, settled.noise)
