@@ -29,7 +29,7 @@ common to all runs.
 """
 
 WIDEN_MAX = 0.3
-"""Largest relative change of all half widths in a step."""
+"""Largest change of the logarithm of all half widths in a step."""
 
 ROUNDS = 4
 """Largest number of linearisations at the predicted deviations of the runs."""
@@ -336,7 +336,7 @@ def take_step(
     own = own / scale[delta.size : delta.size + own.shape[1]]
     wider = float(np.clip(step[x.size], -WIDEN_MAX, WIDEN_MAX))
     if base.widens:
-        base.hysteresis.radius_Nm = base.hysteresis.radius_Nm * (1.0 + share * wider)
+        base.hysteresis.radius_Nm = base.hysteresis.radius_Nm * np.exp(share * wider)
     else:
         own[:, 1] += share * wider
     limit = np.array([DEVIATION_MAX, DEVIATION_MAX, np.inf])

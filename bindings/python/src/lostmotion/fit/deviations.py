@@ -7,15 +7,16 @@ import numpy as np
 from lostmotion.arrays import FloatArray
 
 DEVIATIONS = ("stiffness", "friction", "gap")
-"""Run-to-run scatter in addition to the offset: stiffness and friction relative, gap in arc
-seconds.
+"""Run-to-run scatter in addition to the offset: the logarithms of the factors on the torsion curve
+and on the half widths, and a gap in arc seconds. A value of the model that is a factor of all runs
+is then exactly a common deviation, however large those of the runs are.
 """
 
 STIFFNESS, FRICTION, GAP = range(len(DEVIATIONS))
 """Columns of the deviations, one row per run."""
 
-DEVIATION_MAX = 0.5
-"""Largest relative deviation of the friction: a run with a larger one belongs to another drive."""
+DEVIATION_MAX = float(np.log(2.0))
+"""Largest deviation: a run with twice or half the friction belongs to another drive."""
 
 GAP_CLOSES = 0.004
 """Torque at which a radial gap is closed, relative to rated torque (model 9a: 0.1 to 0.5 %).
@@ -24,12 +25,12 @@ Effects of a gap start from the same value (lib/runtime/effects/closed_share.h).
 
 def width_factor(deviations: FloatArray) -> FloatArray:
     """Factor of each run on the half widths of the hysteresis operators."""
-    return np.asarray(1.0 + np.clip(deviations[:, FRICTION], -DEVIATION_MAX, DEVIATION_MAX))
+    return np.asarray(np.exp(np.clip(deviations[:, FRICTION], -DEVIATION_MAX, DEVIATION_MAX)))
 
 
 def stiffness_factor(deviations: FloatArray) -> FloatArray:
     """Factor of each run on the torsion curve."""
-    return np.asarray(1.0 + deviations[:, STIFFNESS])
+    return np.asarray(np.exp(np.clip(deviations[:, STIFFNESS], -DEVIATION_MAX, DEVIATION_MAX)))
 
 
 def gap_closed(wound: FloatArray, rated_torque_Nm: float) -> FloatArray:
