@@ -293,19 +293,25 @@ def may_imitate_form(found: BaselineModel, term: Term) -> bool:
     return term.effect.needs <= {"torque_Nm"} or is_of_form(beyond_form(found, term))
 
 
-def better_than_forms(with_effect: Settled) -> bool:
+def better_than_forms(with_effect: Settled, ratio: float) -> bool:
     """Whether no form predicts left-out runs better than the last effect of a model does.
 
     The forms are those of the hysteresis of the same model without the effect. As in `choose_form`,
-    a form must be significantly better: it has more values.
+    a form must be significantly better, because it has more values, and a hysteresis effect is
+    fitted from all its starts: otherwise an effect would lose here to a form that loses there to
+    it.
     """
     longer = with_effect.alike.copy()
     longer.fit()  # as long as the forms
     own = tried(longer)
     plain = with_effect.base.copy()
-    del plain.terms[-1]
+    effect = plain.terms.pop().effect
+    plain = without_deviations(plain)
+    started = hysteresis_effect(plain, {effect.name: effect}, ratio, None)
+    if started is not None and started.mean_square < own.mean_square:
+        own = started
     given = friction_form(plain)
-    fits = {given: without_deviations(plain)}
+    fits = {given: plain}
     for form in FORMS:
         if form != given and leads_to(given, form):
             fits[form] = in_form(fits[given], form, known=fits)
