@@ -149,6 +149,8 @@ def try_shortlist(
 ) -> tuple[list[Contender], set[str]]:
     """Try the shortlist in the model, then the reserve until one passes and is of use.
 
+    At last, effects that the deviations of the runs may hide.
+
     Returns
     -------
     contenders : list of Contender
@@ -175,6 +177,8 @@ def try_shortlist(
         shortlist = strongest(reserve)
         reserve = without(reserve, shortlist)
         contenders = best_starts(model, contenders + tried(shortlist))
+    if not useful(contenders):
+        contenders = best_starts(model, contenders + tried(model.with_equal_runs(current)))
     return contenders, rejected
 
 

@@ -140,6 +140,10 @@ class GrowingModel(ABC):
         """Leads that need a refit, whatever their tangents indicate."""
         return []
 
+    def with_equal_runs(self, current: ContestRound) -> list[Lead]:
+        """Leads from a model in which the runs have no deviations."""
+        return []
+
     def beats_forms(self, contender: Contender) -> bool:
         """Whether an effect predicts better than the forms that may imitate it."""
         return True

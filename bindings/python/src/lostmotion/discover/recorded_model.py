@@ -30,6 +30,7 @@ from lostmotion.discover.form_variance import (
 from lostmotion.discover.gates import (
     accepted,
     corrected_for,
+    family_p,
     is_of_form,
     judge_all,
     runs_separate,
@@ -175,7 +176,10 @@ class RecordedModel(GrowingModel):
             self.noise = self.largest.noise()
             base = with_form_error(base, self.noise, candidates, self.largest)
         self.rounds += 1
-        settled = now if now.noise is self.noise else settle(base, self.noise)
+        settled = now
+        if now.noise is not self.noise:
+            settled = settle(base, self.noise)
+            candidates, closed = self.candidates(settled.base)
         self.within = noise_rms(self.noise, base)
         self.settled[-1] = settled
         # The residual of an effect often differs in fast runs; this is not a second cause.
@@ -241,7 +245,7 @@ class RecordedModel(GrowingModel):
         if alone is None:
             return True
         if id(alone) not in self.beating:
-            self.beating[id(alone)] = (alone, better_than_forms(alone))
+            self.beating[id(alone)] = (alone, better_than_forms(alone, self.ratio))
         return self.beating[id(alone)][1]
 
     def tested(self, contender: Contender) -> Result | None:
@@ -372,6 +376,25 @@ class RecordedModel(GrowingModel):
         # All of them imitate each other: a tangent does not tell which one explains most.
         strong = found[: rules.REFITS_MOST]
         return leads + [Lead(self.formless, result, None) for result in strong]
+
+    def with_equal_runs(self, current: ContestRound) -> list[Lead]:
+        """See `GrowingModel`: effects that the deviations of the runs hide.
+
+        An effect that differs between runs may be absorbed by their deviations, as a delay of the
+        torque by wider loops of the fast runs. Near these, its tangent is not that of the effect.
+        Without deviations, the other differences between runs count as noise, so significance alone
+        makes a lead; all tests follow in the model with it.
+        """
+        alike = replace(self.now, base=self.now.alike)
+        effects, closed = named_candidates(self.effects, alike.base, alike.base.at(), self.ratio)
+        equal = make_round(alike, effects, closed)
+        found = [
+            result
+            for result in judge_all(equal)
+            if family_p(current, equal.candidates[result.name], result) <= rules.P_LIMIT
+        ]
+        found.sort(key=lambda result: (-result.wald, result.name))
+        return [Lead(equal, result, None) for result in found[: rules.REFITS_MOST]]
 
     def unjudged(
         self, current: ContestRound, results: list[Result], leads: list[Lead]
