@@ -13,8 +13,8 @@ fewer than `sign_flips.runs_least` pieces no form is tried;
 - it explains at least `rules.FORM_EXPLAINS` of what the odd functions of the torque's history can
 (`FormBasis.preisach`), beside all effects that no form can imitate. A form that explains less may
 imitate a missing effect and is left to the contest;
-- no hysteresis effect of the library does as well in addition to constant width; few runs do not
-identify such an effect.
+- no hysteresis effect of the library does as well in addition to constant width, up to
+`rules.SIZE_LEAST` of the noise; few runs do not identify such an effect.
 
 Of these forms, the one with the fewest values is selected that no other beats by
 `rules.SIZE_LEAST` of the noise. Effects that may be missing hide which form is better: the form is
@@ -139,6 +139,12 @@ def better(one: Tried, other: Tried) -> bool:
     return runs_separate(other.by_piece[seen], one.by_piece[seen])
 
 
+def clearly_better(one: Tried, other: Tried, noise_arcsec: float) -> bool:
+    """Whether it also predicts better by at least the least size of an effect."""
+    fall = other.mean_square - one.mean_square
+    return better(one, other) and fall >= (rules.SIZE_LEAST * noise_arcsec) ** 2
+
+
 def choose_form(
     base: BaselineModel,
     effects: Mapping[str, Effect],
@@ -199,7 +205,7 @@ def choose_form(
         candidates, _ = make_candidates(base, effects, ratio, shapes.waves(base))
         columns = [one.columns for one in candidates]
         largest = LargestModel.of(base, [*columns, base.form_basis.preisach()])
-        noise = noise_rms(largest.noise(), base) ** 2
+        noise = noise_rms(largest.noise(), base)
         apart = [n for n, one in enumerate(candidates) if not one.may_be_form]
         explainable = largest.followed_by_last(apart)
     large = [
@@ -213,11 +219,11 @@ def choose_form(
     elif large and not by_half_cycles:
         single = hysteresis_effect(base, effects, ratio, rows)
         if single is not None and better(single, plain):
-            large = [name for name in large if better(found[name], single)]
+            large = [name for name in large if clearly_better(found[name], single, noise)]
     if not large:
         return ChosenForm(base, given, found)
     best = min(large, key=lambda name: found[name].mean_square)
-    near = found[best].mean_square + rules.SIZE_LEAST**2 * noise
+    near = found[best].mean_square + rules.SIZE_LEAST**2 * noise**2
     name = next(name for name in large if found[name].mean_square <= near)
     return ChosenForm(found[name].base, name, found)
 
@@ -297,9 +303,8 @@ def better_than_forms(with_effect: Settled, ratio: float) -> bool:
     """Whether no form predicts left-out runs better than the last effect of a model does.
 
     The forms are those of the hysteresis of the same model without the effect. As in `choose_form`,
-    a form must be significantly better, because it has more values, and a hysteresis effect is
-    fitted from all its starts: otherwise an effect would lose here to a form that loses there to
-    it.
+    a form must be better by at least the least size, and a hysteresis effect is fitted from all its
+    starts: otherwise an effect might lose here to a form that loses there to it.
     """
     longer = with_effect.alike.copy()
     longer.fit()  # as long as the forms
@@ -310,11 +315,11 @@ def better_than_forms(with_effect: Settled, ratio: float) -> bool:
     started = hysteresis_effect(plain, {effect.name: effect}, ratio, None)
     if started is not None and started.mean_square < own.mean_square:
         own = started
-    given = friction_form(plain)
+    given, noise = friction_form(plain), noise_rms(with_effect.noise, plain)
     fits = {given: plain}
     for form in FORMS:
         if form != given and leads_to(given, form):
             fits[form] = in_form(fits[given], form, known=fits)
-            if better(tried(fits[form]), own):
+            if clearly_better(tried(fits[form]), own, noise):
                 return False
     return True
