@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -18,11 +17,9 @@ from lostmotion.discover.linearise import bounded_step, contest_at, settle
 from lostmotion.discover.recorded_model import RecordedModel
 from lostmotion.drives import read_drive
 from lostmotion.effects.conditions import Conditions
-from lostmotion.effects.library import library
 from lostmotion.evidence.contest import Result
 from lostmotion.evidence.noise import Noise
 from lostmotion.fit.baseline import BaselineModel
-from lostmotion.fit.deviations import FRICTION
 from lostmotion.fit.hysteresis import RADIUS_STEP
 from lostmotion.fit.least_squares import moved_within
 from lostmotion.recordings import read_campaign
@@ -105,21 +102,6 @@ def test_the_columns_of_deviations_are_their_derivatives_however_large_they_are(
         slope = (up.angle() - down.angle()) / (2.0 * step)
         assert np.abs(slope).max() > 0.1  # arc seconds
         assert float(columns[:, place] @ slope / (slope @ slope)) == pytest.approx(1.0, abs=0.05)
-
-
-def test_an_effect_that_scales_the_friction_of_runs_is_a_multiple_of_their_deviations(fitted):
-    base, _ = fitted
-    c = base.conditions
-    warmer = 20.0 + np.linspace(-30.0, 40.0, c.runs)
-    other = base.copy()
-    other.conditions = copy.copy(c)
-    other.conditions.columns = {**c.columns, "temperature_C": warmer[c.run_of]}
-    effect, point = library()["thermal_friction"], other.at()
-    low, high = np.array([-1e-3]), np.array([1e-3])
-    by_rate = other.slope_by(effect, low, high, 0, point)
-    by_run = other.run_columns(point)[:, FRICTION]
-    expected = -(warmer - 20.0)[c.run_of] * by_run
-    np.testing.assert_allclose(by_rate, expected, rtol=1e-3, atol=1e-9 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("share", [1e-17, 1e-9, 1e-6])
