@@ -16,7 +16,7 @@ STIFFNESS, FRICTION, GAP = range(len(DEVIATIONS))
 """Columns of the deviations, one row per run."""
 
 DEVIATION_MAX = float(np.log(2.0))
-"""Largest deviation: a run with twice or half the friction belongs to another drive."""
+"""Largest deviation of stiffness and friction, a factor of two: beyond it is another drive."""
 
 GAP_CLOSES = 0.004
 """Torque at which a radial gap is closed, relative to rated torque (model 9a: 0.1 to 0.5 %).
