@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq
 
 from lostmotion.model import DesignModel
 from lostmotion.report.gear_profiles import GearProfile, gear_profiles
 from lostmotion.report.mesh import make_mesh
+from lostmotion.zero_crossing import zero_between
 
 PIN_STEP_MM = 0.01
 """Measuring pins are sold in steps of a hundredth."""
@@ -39,7 +39,7 @@ def involute(angle_rad: float) -> float:
 
 def angle_of_involute(value: float) -> float:
     """Angle whose involute this is; the value must be positive."""
-    return float(brentq(lambda a: involute(a) - value, 0.0, 1.5, xtol=1e-14))
+    return zero_between(lambda a: involute(a) - value, 0.0, 1.5, 1e-14)
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ def pin_measure(model: DesignModel, profile: GearProfile) -> PinMeasure:
     def missing(pin: float) -> float:
         return involute(centre(pin)) - side * (pin / (2.0 * base) - half)
 
-    pin = float(brentq(missing, 0.0, 2.0 * tangent if profile.internal else 20.0 * m, xtol=1e-12))
+    pin = zero_between(missing, 0.0, 2.0 * tangent if profile.internal else 20.0 * m, 1e-12)
     pin = math.ceil(pin / PIN_STEP_MM - 1e-9) * PIN_STEP_MM
     at = angle_of_involute(side * (pin / (2.0 * base) - half))
     reach = base / math.cos(at)

@@ -10,11 +10,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
 
 from lostmotion.arrays import FloatArray
 from lostmotion.model import DesignModel
 from lostmotion.report.mesh import Mesh, make_mesh
+from lostmotion.zero_crossing import zero_between
 
 FLANK_POINTS = 25
 """Points of one flank, from the fillet to the tip: error at most 1e-5 modules."""
@@ -24,6 +24,9 @@ ARC_POINTS = 9
 
 COINCIDENT_MM = 1e-6
 """Closer points are identical: a thousandth of the resolution of a machine tool."""
+
+ACCURACY_MM = 1e-12
+"""Last step towards the radius of the form circle; its rounding is coarser."""
 
 HALVINGS = 40
 """Bisections of a fillet radius to fit between two flanks."""
@@ -137,7 +140,7 @@ def _fillet(
     def fits(arc: float) -> tuple[float, FloatArray] | None:
         if missing(root, arc) * missing(tip, arc) > 0:
             return None
-        form = float(brentq(missing, root, tip, args=(arc,), xtol=1e-12))
+        form = zero_between(lambda radius: missing(radius, arc), root, tip, ACCURACY_MM)
         place = centre(form, arc)
         angle = math.atan2(*place)
         room = angle if side < 0 else half_pitch - angle
