@@ -74,7 +74,7 @@ class Prediction(dict[str, Any]):
 
 
 def predict(drive: Drive, torque_Nm: npt.ArrayLike, phase_rad: float = 0.0) -> Prediction:
-    """Return the torsion curve, its contributions and its limits.
+    """Return the torsion curve, its contributions and limits, and what changed dimensions give.
 
     Parameters
     ----------
@@ -89,6 +89,20 @@ def predict(drive: Drive, torque_Nm: npt.ArrayLike, phase_rad: float = 0.0) -> P
     InputError
         If there is no torque, or one that is not finite.
     """
+    return _predict(drive, torque_Nm, phase_rad, with_changes=True)
+
+
+def predict_as_drawn(drive: Drive, torque_Nm: npt.ArrayLike, phase_rad: float = 0.0) -> Prediction:
+    """Return a prediction without ``hints`` and ``sensitivity``.
+
+    These two require a hundred drives with changed dimensions.
+    """
+    return _predict(drive, torque_Nm, phase_rad, with_changes=False)
+
+
+def _predict(
+    drive: Drive, torque_Nm: npt.ArrayLike, phase_rad: float, *, with_changes: bool
+) -> Prediction:
     given_as("predict", "drive", drive, Drive)
     given = np.asarray(torque_Nm, dtype=np.float64).ravel()
     if given.size == 0:
@@ -103,7 +117,9 @@ def predict(drive: Drive, torque_Nm: npt.ArrayLike, phase_rad: float = 0.0) -> P
         torque_Nm=numbers(torque_Nm),
     )
     answer.update(
-        _catalogue(drive, torque_Nm) if drive.catalogue else _design(drive, torque_Nm, phase_rad)
+        _catalogue(drive, torque_Nm)
+        if drive.catalogue
+        else _design(drive, torque_Nm, phase_rad, with_changes)
     )
     add_fitted(answer, drive, torque_Nm)
     return answer
@@ -151,7 +167,9 @@ def _catalogue(drive: Drive, torque_Nm: npt.ArrayLike) -> dict[str, Any]:
     }
 
 
-def _design(drive: Drive, torque_Nm: npt.ArrayLike, phase_rad: float) -> dict[str, Any]:
+def _design(
+    drive: Drive, torque_Nm: npt.ArrayLike, phase_rad: float, with_changes: bool
+) -> dict[str, Any]:
     model = design_model(drive)
     found = model.torsion_curve(torque_Nm, phase_rad)
     at = reversal_torque(drive)
@@ -199,9 +217,16 @@ def _design(drive: Drive, torque_Nm: npt.ArrayLike, phase_rad: float) -> dict[st
             "gap, here reversal_lost_motion_by_tolerance.",
             *without_effect(model.design, model.drive),
         ],
-        "hints": [hint_sentence(hint) for hint in hints(drive)],
-        "sensitivity": [vars(one) for one in sensitivities(drive, at)],
+        **(_changes(drive, at) if with_changes else {}),
         "defaults": model.defaults(),
+    }
+
+
+def _changes(drive: Drive, reversal_Nm: float) -> dict[str, Any]:
+    """Return what changed dimensions give."""
+    return {
+        "hints": [hint_sentence(hint) for hint in hints(drive)],
+        "sensitivity": [vars(one) for one in sensitivities(drive, reversal_Nm)],
     }
 
 

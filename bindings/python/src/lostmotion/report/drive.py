@@ -11,7 +11,7 @@ from lostmotion.allocation import cheapest_tolerances, features_of
 from lostmotion.catalogue import PARTS
 from lostmotion.drives import Drive
 from lostmotion.model import ADVICE, Check, DesignModel, design_model, reversal_torque
-from lostmotion.predict import LIMITS, predict, show_default
+from lostmotion.predict import LIMITS, predict_as_drawn, show_default
 from lostmotion.report.contributions import Contributions, contributions_figure, picture_torques
 from lostmotion.report.gaps import collect_gaps, gaps_figure
 from lostmotion.report.page import Notes, PageTable, Section
@@ -99,7 +99,7 @@ def _catalogue_section(drive: Drive) -> Section:
     sheet = drive.catalogue
     assert sheet is not None
     ends = np.array([sheet.T1_Nm, sheet.T2_Nm])
-    answer = predict(drive, picture_torques(drive.rated_torque_Nm, ends))
+    answer = predict_as_drawn(drive, picture_torques(drive.rated_torque_Nm, ends))
     data = _contributions(drive, answer)
     facts = _facts(data, answer)
     for name, key in (("hysteresis loss", "hysteresis"), ("lost motion", "lost_motion")):
@@ -119,7 +119,7 @@ def _catalogue_section(drive: Drive) -> Section:
 
 def _design_section(drive: Drive, phase_rad: float) -> Section:
     model = design_model(drive)
-    answer = predict(drive, picture_torques(drive.rated_torque_Nm), phase_rad)
+    answer = predict_as_drawn(drive, picture_torques(drive.rated_torque_Nm), phase_rad)
     data = _contributions(drive, answer)
     gaps = collect_gaps(model, drive.name, phase_rad)
     stages = collect_stages(model, drive.name, phase_rad)
