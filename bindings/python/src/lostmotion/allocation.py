@@ -17,9 +17,10 @@ from typing import Any
 
 from lostmotion.combined_tolerances import parts_of_fit
 from lostmotion.core import core
-from lostmotion.drives import Drive, parse_drive
+from lostmotion.drives import Drive, tolerance_chain
 from lostmotion.errors import InputError, LostMotionError
 from lostmotion.model import PROBABLE_T, DesignModel, design_model, reversal_torque
+from lostmotion.structs import tolerance_links
 from lostmotion.tolerance_classes import read_class
 from lostmotion.tooth_grades import GRADES as TOOTH_GRADES
 from lostmotion.units import ARCMIN
@@ -304,9 +305,9 @@ def links_at(
     """Deviations in mm of the links of an entry at a grade; None where the standard has none."""
     entries = list(document["design"]["tolerance"])
     entries[place] = with_grade(entries[place], grade)[0]
-    changed = {**document, "design": {**document["design"], "tolerance": entries}}
+    changed = {**document["design"], "tolerance": entries}
     try:
-        found = design_model(parse_drive(changed, drive.file)).drive.tolerances
+        found = tolerance_links(drive.file, tolerance_chain(drive.file, changed))
     except LostMotionError:
         return None
     return tuple((found[k].lower_mm, found[k].upper_mm) for k in range(first, first + links))

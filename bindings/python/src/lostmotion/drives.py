@@ -321,6 +321,11 @@ def _design(file: str, table: Any, ratio: float, rated: float) -> Design:
     return design
 
 
+def tolerance_chain(file: str, design: Mapping[str, Any]) -> list[Entry]:
+    """Entries of [[design.tolerance]] of a [design], one per link."""
+    return _chain(file, "tolerance", design) or []
+
+
 def _chain(file: str, name: str, table: Mapping[str, Any]) -> list[Entry] | None:
     if name not in table:
         return None

@@ -335,7 +335,7 @@ class DesignModel:
         self._call(c.lib.lm_tolerance_contributions, links, len(entries), *shares)
         return [
             {
-                "name": entry.get("name", entry.place.removeprefix("design.")),
+                "name": entry.label,
                 "zone": entry.get("zone"),
                 "influence": float(links[i].influence),
                 "lower_um": 1e3 * float(links[i].lower_mm),

@@ -224,6 +224,11 @@ class Entry:
         """Value of a key, or the default."""
         return self.values[name].value if name in self.values else default
 
+    @property
+    def label(self) -> str:
+        """Name in the file, or the place there."""
+        return str(self.get("name", self.place.removeprefix("design.")))
+
 
 @dataclass(frozen=True)
 class Design:
@@ -825,24 +830,43 @@ def _torsion_element(design: Design, c: Core, drive: Any, entry: Entry, element:
     _make(f"torsion {entry.kind}", c, drive, entry, element, ratio=ratio)
 
 
+def tolerance_links(file: str, entries: Sequence[Entry]) -> Any:
+    """Make the links of a chain of tolerances, without the drive.
+
+    Returns
+    -------
+    cdata
+        An owned ``lm_tolerance_link[]``, checked.
+    """
+    c = core()
+    links = c.ffi.new("lm_tolerance_link[]", max(1, len(entries)))
+    for index, entry in enumerate(entries):
+        _set_link(file, c, entry, c.ffi.addressof(links, index))
+    return links
+
+
 def _tolerance_link(design: Design, c: Core, drive: Any, entry: Entry, link: Any) -> None:
+    _set_link(design.file, c, entry, link)
+
+
+def _set_link(file: str, c: Core, entry: Entry, link: Any) -> None:
     sign = {"hole": 1.0, "shaft": -1.0}.get(entry.kind, 1.0)
     half = 0.5 if entry.kind != "link" and entry.get("diameter", True) else 1.0
     link.influence = entry.get("influence", sign * half)
-    link.lower_mm, link.upper_mm = _deviations(design, c, entry)
+    link.lower_mm, link.upper_mm = _deviations(file, c, entry)
     link.distribution = DISTRIBUTIONS.index(entry.get("distribution", "normal"))
     link.zone = ZONES.index(entry.get("zone"))
     c.call(c.lib.lm_check_tolerance_links, link, 1)
 
 
-def _deviations(design: Design, c: Core, entry: Entry) -> tuple[float, float]:
+def _deviations(file: str, c: Core, entry: Entry) -> tuple[float, float]:
     """Lower and upper deviation in mm: as given, or from an ISO 286 grade.
 
     A grade alone means a basic hole (H), a basic shaft (h) or, for a link, plus and minus half of
     it; a fundamental deviation shifts the end next to zero. A tolerance class states both.
     """
     if "tolerance_class" in entry.values:
-        return _class_deviations(design, entry)
+        return _class_deviations(file, entry)
     pair = [name for name in ("lower", "upper") if name in entry.values]
     grade = [name for name in ("it_grade", "nominal") if name in entry.values]
     if len(pair) == 2 and not grade and "fundamental_deviation" not in entry.values:
@@ -859,27 +883,27 @@ def _deviations(design: Design, c: Core, entry: Entry) -> tuple[float, float]:
     found = ", ".join(pair + grade) or "no deviations"
     expected = "lower_um and upper_um, or it_grade and nominal_mm"
     expected += ", or tolerance_class and nominal_mm" if entry.kind != "link" else ""
-    raise InputError(design.file, entry.place, found, expected)
+    raise InputError(file, entry.place, found, expected)
 
 
-def _class_deviations(design: Design, entry: Entry) -> tuple[float, float]:
+def _class_deviations(file: str, entry: Entry) -> tuple[float, float]:
     """Lower and upper deviation of a tolerance class in mm; a letter alone has its it_grade."""
     stated = entry.values["tolerance_class"]
     others = [name for name in ("lower", "upper", "fundamental_deviation") if name in entry.values]
     if others or "nominal" not in entry.values:
         found = ", ".join(others) + " beside it" if others else "no nominal_mm"
         raise InputError(
-            design.file,
+            file,
             stated.place,
             found,
             "a class such as H7 and nominal_mm give the deviations",
         )
-    one = class_of(design.file, entry, stated)
+    one = class_of(file, entry, stated)
     try:
         return limit_deviations(one, float(entry.get("nominal")))
     except ValueError as error:
         found = f"{as_in_file(stated.value)} at {entry.get('nominal'):g} mm"
-        raise InputError(design.file, stated.place, found, str(error)) from None
+        raise InputError(file, stated.place, found, str(error)) from None
 
 
 def class_of(file: str, entry: Entry, stated: TableEntry) -> ToleranceClass:

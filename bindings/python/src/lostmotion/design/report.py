@@ -18,7 +18,7 @@ from lostmotion.design.engine import ARCMIN_PER_RAD, engine, figures
 from lostmotion.design.result import SearchResult, relaxation, rounded_up
 from lostmotion.design.spec import Spec
 from lostmotion.design.start import Start
-from lostmotion.drives import Drive, format_toml, parse_drive, read_drive
+from lostmotion.drives import Drive, format_toml, parse_drive, read_drive, tolerance_chain
 from lostmotion.errors import LostMotionError
 from lostmotion.files import write_whole
 from lostmotion.model import DesignModel, design_model
@@ -41,6 +41,7 @@ from lostmotion.report.teeth import View, draw_view
 from lostmotion.report.wording import unit_text, words, written
 from lostmotion.results import figures as charts
 from lostmotion.results.colours import BLUE, FAINT, ORANGE, RED
+from lostmotion.structs import tolerance_links
 from lostmotion.units import ARCMIN, split_unit
 
 UNITS = {
@@ -309,9 +310,10 @@ def _fields(drive: Mapping[str, Any], known: dict[str, Values]) -> Values:
     basis = (teeth["module_mm"], teeth["flexspline_teeth"], teeth["rigid_teeth"])
     key = repr((drive["design"].get("tolerance"), *basis))
     if key not in known:
+        chain = tolerance_chain("", drive["design"])
         known[key] = [
-            (f"field of {link['name']}, µm", link["upper_um"] - link["lower_um"])
-            for link in _links(drive)
+            (f"field of {entry.label}, µm", 1e3 * link.upper_mm - 1e3 * link.lower_mm)
+            for entry, link in zip(chain, tolerance_links("", chain), strict=False)
         ]
     return known[key]
 
