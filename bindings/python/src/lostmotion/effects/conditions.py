@@ -12,7 +12,8 @@ import numpy as np
 
 from lostmotion.arrays import BoolArray, FloatArray, IntArray
 from lostmotion.core import NEEDS
-from lostmotion.recordings import QUANTITIES, Campaign
+from lostmotion.recordings import Campaign
+from lostmotion.recordings.quantities import QUANTITIES
 from lostmotion.units import ARCSEC
 
 Derived = TypeVar("Derived")

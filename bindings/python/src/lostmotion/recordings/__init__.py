@@ -6,16 +6,35 @@ or an outlier) are left out, counted and reported.
 
 A file is a table (`tables`), whose columns are quantities with units (`quantities`, `columns`).
 Turns lost by encoders are restored (`encoders`), each run is checked (`soundness`), outliers are
-set aside (`wild`), and the runs form a campaign (`reading`, `campaign`, `findings`).
+set aside (`wild`), and the runs form a campaign (`reading`, `campaign`, `findings`). The modules
+are loaded on first use: a drive file names the protocol of its recordings and has none.
 """
 
-from lostmotion.recordings.campaign import Campaign, Run
-from lostmotion.recordings.columns import parse_map
-from lostmotion.recordings.findings import Finding, say_findings
-from lostmotion.recordings.protocol import Protocol
-from lostmotion.recordings.quantities import QUANTITIES
-from lostmotion.recordings.reading import read_campaign, recording_files
-from lostmotion.recordings.scale import check_scale
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from lostmotion.recordings.campaign import Campaign, Run
+    from lostmotion.recordings.columns import parse_map
+    from lostmotion.recordings.findings import Finding, say_findings
+    from lostmotion.recordings.protocol import Protocol
+    from lostmotion.recordings.quantities import QUANTITIES
+    from lostmotion.recordings.reading import read_campaign, recording_files
+    from lostmotion.recordings.scale import check_scale
+
+FROM = {
+    "QUANTITIES": "quantities",
+    "Campaign": "campaign",
+    "Finding": "findings",
+    "Protocol": "protocol",
+    "Run": "campaign",
+    "check_scale": "scale",
+    "parse_map": "columns",
+    "read_campaign": "reading",
+    "recording_files": "reading",
+    "say_findings": "findings",
+}
+"""Module of each name."""
 
 __all__ = [
     "QUANTITIES",
@@ -29,3 +48,12 @@ __all__ = [
     "recording_files",
     "say_findings",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """Load a name on first use."""
+    if name not in FROM:
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+    found = getattr(import_module(f"{__name__}.{FROM[name]}"), name)
+    globals()[name] = found
+    return found
