@@ -60,6 +60,8 @@ class ProgressReports:
 
     def snapshot(self) -> None:
         """Record the state of the search; nothing else may access the search meanwhile."""
+        if self.tell is None:
+            return
         ffi, lib = self.ffi, self.lib
         p = ffi.new("lm_progress *")
         lib.lm_read_progress(self.search, p)
