@@ -20,7 +20,8 @@ from conftest import DATA, NO_SEARCH
 from lostmotion import design
 from lostmotion.cli import main
 from lostmotion.core import core
-from lostmotion.drives import parse_drive, read_drive, read_toml
+from lostmotion.design.result import read_written
+from lostmotion.drives import format_toml, parse_drive, read_drive, read_toml, tomllib
 from lostmotion.model import ADVICE, design_model
 from lostmotion.structs import make_drive
 
@@ -73,6 +74,18 @@ def test_the_best_drive_reads_back_to_the_last_bit(
         laws, read_toml(tmp_path / "run" / "best.toml", "")["design"]["radial_chain"], strict=False
     ):
         assert law.coefficient_mm_per_Nn == entry["deflection_mm"], text
+
+
+@pytest.mark.parametrize("name", ["reference_a", "external_ring"])
+def test_a_written_drive_is_read_like_any_toml(name: str) -> None:
+    document = read_toml(DATA / "drives" / f"{name}.toml", "a drive file")
+    document["design"]["tolerance"] = [
+        {"kind": "link", "zone": "teeth", "lower_mm": -1.5e-05, "upper_mm": 0.01},
+        {"kind": "link", "zone": "generator", "lower_mm": -1, "upper_mm": 0.0},
+    ]
+    text = format_toml(document)
+    assert read_written(text) == tomllib.loads(text)
+    assert format_toml(read_written(text)) == text
 
 
 def test_predict_gives_the_numbers_of_the_certificate(
