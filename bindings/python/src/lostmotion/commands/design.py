@@ -12,8 +12,7 @@ from typing import Any
 from lostmotion.cluster import connect
 from lostmotion.design.ends import at_ends
 from lostmotion.design.engine import engine
-from lostmotion.design.report import margin_unit
-from lostmotion.design.result import SearchResult, relaxation, rounded_up
+from lostmotion.design.result import SearchResult, margin_unit, relaxation, rounded_up
 from lostmotion.design.running import search
 from lostmotion.design.spec import read_spec
 from lostmotion.errors import InputError, LostMotionError, one_line

@@ -15,7 +15,7 @@ import numpy as np
 
 from lostmotion.catalogue import PARTS
 from lostmotion.design.engine import ARCMIN_PER_RAD, engine, figures
-from lostmotion.design.result import SearchResult, relaxation, rounded_up
+from lostmotion.design.result import SearchResult, margin_unit, relaxation, rounded_up
 from lostmotion.design.spec import Spec
 from lostmotion.design.start import Start
 from lostmotion.drives import Drive, format_toml, parse_drive, read_drive, tolerance_chain
@@ -52,19 +52,6 @@ UNITS = {
     "units": "units",
 }
 """Units of the figures, in words."""
-
-MARGIN_UNITS = {
-    "gap_min_arcmin": "arcmin",
-    "form_radius": "modules",
-    "flexspline_tip_thickness": "modules",
-    "rigid_tip_thickness": "modules",
-    "flexspline_root_clearance": "modules",
-    "rigid_root_clearance": "modules",
-    "disengagement": "modules",
-    "free_assembly": "modules",
-    "interference_max_mm": "modules",
-}
-"""Units of the margins; the others are shares of the limit."""
 
 PICTURES_MAX = 40
 """Number of designs of the front with a picture and a drive file; the others have only their
@@ -503,11 +490,6 @@ def _parts_table(context: Context, drive: Drive) -> PageTable:
         f"{gap:.0f} % is the mean radial gap from tolerances: it decreases with finer grades. "
         "The tooth shape reduces neither.",
     )
-
-
-def margin_unit(name: str) -> str:
-    """Name the unit of a limit's margin."""
-    return MARGIN_UNITS.get(name, "share of the limit")
 
 
 def limit_name(name: str) -> str:

@@ -17,6 +17,19 @@ from lostmotion.results.html_table import html_table
 from lostmotion.structs import unused_keys
 from lostmotion.units import split_unit
 
+MARGIN_UNITS = {
+    "gap_min_arcmin": "arcmin",
+    "form_radius": "modules",
+    "flexspline_tip_thickness": "modules",
+    "rigid_tip_thickness": "modules",
+    "flexspline_root_clearance": "modules",
+    "rigid_root_clearance": "modules",
+    "disengagement": "modules",
+    "free_assembly": "modules",
+    "interference_max_mm": "modules",
+}
+"""Units of the margins; the others are shares of the limit."""
+
 
 @dataclass
 class SearchResult:
@@ -131,6 +144,11 @@ def relaxation(limit: Mapping[str, Any]) -> tuple[float, str]:
     """
     by, unit = float(limit["by"]), str(limit["unit"])
     return (100.0 * by, "% of the limit") if unit == "share of the limit" else (by, unit)
+
+
+def margin_unit(name: str) -> str:
+    """Name the unit of a limit's margin."""
+    return MARGIN_UNITS.get(name, "share of the limit")
 
 
 def rounded_up(by: float) -> str:

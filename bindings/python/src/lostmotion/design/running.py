@@ -14,7 +14,6 @@ from lostmotion.design.by_executor import TICK_SECONDS, ExecutorWork
 from lostmotion.design.engine import FATES, c_string, engine
 from lostmotion.design.left_open import left_open
 from lostmotion.design.progress import OnSnapshot, ProgressReports, reporter
-from lostmotion.design.report import Context, write_search_report
 from lostmotion.design.result import Designs, SearchResult
 from lostmotion.design.spec import Spec, read_spec
 from lostmotion.design.start import Start, starts_of
@@ -22,6 +21,8 @@ from lostmotion.drives import format_toml
 from lostmotion.errors import InputError, LostMotionError
 from lostmotion.files import write_whole
 from lostmotion.on_progress import OnProgress
+from lostmotion.report.charts import begin_packing
+from lostmotion.threads import begin
 
 DONE, FAILED, BAD_INPUT, STOPPED = 0, 1, 2, 130
 
@@ -162,6 +163,7 @@ class _Run:
     ) -> SearchResult:
         lead = self.spec.objectives[0]
         self.progress = ProgressReports(self.search, self.designs, lead, watch)
+        begin(load_report)
         interrupt: BaseException | None = None
         try:
             if executor is not None:
@@ -234,6 +236,7 @@ class _Run:
             done: int = self.lib.lm_finish_run(self.run, status, self.note)
             return done
 
+        begin_packing()
         status = self.in_thread(call, lambda: None)
         self.hear(c_string(self.note))
         return status
@@ -248,6 +251,8 @@ class _Run:
 
     def collect(self, status: int) -> SearchResult:
         """Read what the search found and finish the files of the folder."""
+        from lostmotion.design.report import Context, write_search_report  # see load_report
+
         best = self.ffi.new("lm_solution *")
         document = certificate = infeasible = None
         if self.lib.lm_read_best(self.search, best):
@@ -289,6 +294,17 @@ class _Run:
         )
         write_search_report(result, context)
         return result
+
+
+def load_report() -> None:
+    """Load what the report needs, while the threads of the search run.
+
+    Plotly loads its classes when the first figure uses them.
+    """
+    import lostmotion.design.report  # noqa: F401
+    from lostmotion.results.figures import framed
+
+    framed("", "", "").to_json()
 
 
 def _register() -> None:

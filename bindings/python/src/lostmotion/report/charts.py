@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lostmotion.report.figure_data import Columns
+from lostmotion.threads import begin
 
 if TYPE_CHECKING:
     from lostmotion.discover.whitened_result import WhitenedResult
@@ -179,11 +180,21 @@ def chart_html(chart: Chart, place: str, number: str, links: str = "") -> str:
 
 
 @cache
-def drawing_script() -> str:
-    """Compressed Plotly, and the script that unpacks it and draws visible charts."""
+def begin_packing() -> Callable[[], str]:
+    """Begin to compress Plotly for a page, beside the calling thread; returns it in base64."""
+    return begin(_pack)
+
+
+def _pack() -> str:
     from plotly.offline import get_plotlyjs
 
-    packed = base64.b64encode(gzip.compress(get_plotlyjs().encode(), 9, mtime=0)).decode()
+    return base64.b64encode(gzip.compress(get_plotlyjs().encode(), 9, mtime=0)).decode()
+
+
+@cache
+def drawing_script() -> str:
+    """Compressed Plotly, and the script that unpacks it and draws visible charts."""
+    packed = begin_packing()()
     return (
         "<noscript><p>The charts need scripts; their numbers are in the CSV links.</p></noscript>"
         f'<script type="text/plain" id="plotly-packed">{packed}</script>'

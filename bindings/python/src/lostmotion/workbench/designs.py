@@ -16,7 +16,8 @@ from nicegui import ui
 
 from lostmotion.design import SearchResult, search
 from lostmotion.design.engine import figures
-from lostmotion.design.report import limit_name, margin_unit
+from lostmotion.design.report import limit_name
+from lostmotion.design.result import margin_unit
 from lostmotion.design.spec import read_spec
 from lostmotion.drives import format_toml
 from lostmotion.errors import InputError, LostMotionError
