@@ -28,9 +28,6 @@ COINCIDENT_MM = 1e-6
 ACCURACY_MM = 1e-12
 """Last step towards the radius of the form circle; its rounding is coarser."""
 
-HALVINGS = 40
-"""Bisections of a fillet radius to fit between two flanks."""
-
 
 @dataclass(frozen=True)
 class GearProfile:
@@ -127,39 +124,35 @@ def _fillet(
     side, half_pitch = space
     step = 1e-6 * abs(tip - root)
 
-    def centre(radius: float, arc: float) -> tuple[float, float]:
-        ahead, behind = (_at(r, half(r)) for r in (radius + step, radius - step))
+    def touching(form: float) -> tuple[float, tuple[float, float]]:
+        """Radius and centre of the arc that touches the flank at a radius, and the root circle.
+
+        With the point p of the flank, its normal n and the radius a, the centre p + a n is at the
+        distance root + side a from the axis: a = (root^2 - p^2) / (2 (p n - side root)).
+        """
+        ahead, behind = (_at(r, half(r)) for r in (form + step, form - step))
         x, y = ahead[0] - behind[0], ahead[1] - behind[1]
-        length = float(np.hypot(x, y))
-        at = _at(radius, half(radius))
-        return at[0] + arc * (side * (y / length)), at[1] + arc * (side * -(x / length))
+        length = math.hypot(x, y)
+        normal = side * y / length, -side * x / length
+        at = _at(form, half(form))
+        along = at[0] * normal[0] + at[1] * normal[1]
+        arc = (root - form) * (root + form) / (2.0 * (along - side * root))
+        return arc, (at[0] + arc * normal[0], at[1] + arc * normal[1])
 
-    def missing(radius: float, arc: float) -> float:
-        return float(np.hypot(*centre(radius, arc))) - (root + side * arc)
+    def room(form: float) -> float:
+        """Angle from the centre of the arc to the middle of the space."""
+        angle = math.atan2(*touching(form)[1])
+        return angle if side < 0 else half_pitch - angle
 
-    def fits(arc: float) -> tuple[float, FloatArray] | None:
-        if missing(root, arc) * missing(tip, arc) > 0:
-            return None
-        form = zero_between(lambda radius: missing(radius, arc), root, tip, ACCURACY_MM)
-        place = centre(form, arc)
-        angle = math.atan2(*place)
-        room = angle if side < 0 else half_pitch - angle
-        return (form, np.array(place)) if room >= 0 else None
-
-    found = fits(rounding)
-    if found is not None:
-        return rounding, *found
-    low, high = 0.0, rounding
-    for _ in range(HALVINGS):
-        arc = 0.5 * (low + high)
-        if fits(arc) is None:
-            high = arc
-        else:
-            low = arc
-    found = fits(low)
-    if found is None:
+    if room(root) < 0:
         return 0.0, root, np.array(_at(root, half(root)))
-    return low, *found
+    form = tip
+    if touching(tip)[0] > rounding:
+        form = zero_between(lambda r: touching(r)[0] - rounding, root, tip, ACCURACY_MM)
+    if room(form) < 0:
+        form = zero_between(room, root, form, ACCURACY_MM)
+    arc, centre = touching(form)
+    return arc, form, np.array(centre)
 
 
 def _arc(centre: FloatArray, radius: float, start: FloatArray, end: FloatArray) -> FloatArray:
