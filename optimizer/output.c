@@ -7,6 +7,7 @@
 #include "decimal.h"
 #include "lostmotion/design_keys.h"
 #include "platform.h"
+#include "workspace.h"
 
 #define DEGREE (3.14159265358979323846 / 180.0)
 #define ARCMIN (DEGREE / 60.0)
@@ -165,74 +166,68 @@ double lm_margin_of(const lm_problem *problem, const lm_layout *layout, const do
   return -lm_share_of_limit(limit, row);
 }
 
-int lm_write_designs(FILE *file, const lm_problem *problem, const lm_solution design[], int count,
-                     lm_workspace *workspace) {
-  double *result = (double *)malloc(LM_RESULT_MAX * sizeof *result);
-  char key[LM_KEY_NAME_MAX];
+void lm_measure_design(const lm_problem *problem, lm_measured *measured, lm_workspace *workspace) {
+  const lm_solution *design = &measured->design;
+  double *result = workspace->task_result;
   lm_layout layout;
   lm_scan scan;
-  const int enough = result != NULL;
-  int n;
   int i;
-  if (enough) {
-    fprintf(file, "verified");
-    for (i = 0; i < problem->choice_count; i++) {
-      lm_write_key(problem->choice[i].key, key);
-      fprintf(file, ",%s", key);
-    }
-    for (i = 0; i < problem->range_count; i++) {
-      lm_write_key(problem->range[i].key, key);
-      fprintf(file, ",%s", key);
-    }
-    for (i = 0; i < LM_FIGURE_COUNT; i++) {
-      char name[FIGURE_NAME_MAX];
-      name_figure(i, name);
-      fprintf(file, ",%s", name);
-    }
-    for (i = 0; i < LM_LIMIT_COUNT; i++) {
-      fprintf(file, ",margin_%s", lm_limit_name(i));
-    }
-    fprintf(file, "\n");
-    lm_default_scan(&scan);
-    lm_lay_out(problem, &scan, &layout);
-    for (n = 0; n < count; n++) {
-      const lm_solution *f = &design[n];
-      if (lm_evaluate_point(problem, &scan, &layout, f->combination, f->unit, result, workspace,
-                            NULL) != LM_OK) {
-        continue;
-      }
-      fprintf(file, "%d", f->verified);
-      for (i = 0; i < problem->choice_count; i++) {
-        fprintf(file, ",");
-        write_choice(file, problem, f->combination, i);
-      }
-      for (i = 0; i < problem->range_count; i++) {
-        write_exact(file, ",", range_value(&problem->range[i], f->unit[i]), "");
-      }
-      for (i = 0; i < LM_FIGURE_COUNT; i++) {
-        write_exact(file, ",", show_figure(i, lm_figure_of(&layout, result, i)), "");
-      }
-      for (i = 0; i < LM_LIMIT_COUNT; i++) {
-        write_exact(file, ",", lm_margin_of(problem, &layout, result, i), "");
-      }
-      fprintf(file, "\n");
-    }
+  lm_default_scan(&scan);
+  lm_lay_out(problem, &scan, &layout);
+  measured->computed = lm_evaluate_point(problem, &scan, &layout, design->combination, design->unit,
+                                         result, workspace, NULL) == LM_OK;
+  for (i = 0; i < LM_FIGURE_COUNT && measured->computed; i++) {
+    measured->figure[i] = lm_figure_of(&layout, result, i);
   }
-  free(result);
-  return enough;
+  for (i = 0; i < LM_LIMIT_COUNT && measured->computed; i++) {
+    measured->margin[i] = lm_margin_of(problem, &layout, result, i);
+  }
 }
 
-int lm_write_front(FILE *file, const lm_problem *problem, const lm_search *search,
-                   lm_workspace *workspace) {
-  const int count = lm_read_front(search, NULL, 0);
-  lm_solution *front = (lm_solution *)malloc((size_t)(count + 1) * sizeof *front);
-  int enough = front != NULL;
-  if (enough) {
-    (void)lm_read_front(search, front, count);
-    enough = lm_write_designs(file, problem, front, count, workspace);
+void lm_write_designs(FILE *file, const lm_problem *problem, const lm_measured measured[],
+                      int count) {
+  char key[LM_KEY_NAME_MAX];
+  int n;
+  int i;
+  fprintf(file, "verified");
+  for (i = 0; i < problem->choice_count; i++) {
+    lm_write_key(problem->choice[i].key, key);
+    fprintf(file, ",%s", key);
   }
-  free(front);
-  return enough;
+  for (i = 0; i < problem->range_count; i++) {
+    lm_write_key(problem->range[i].key, key);
+    fprintf(file, ",%s", key);
+  }
+  for (i = 0; i < LM_FIGURE_COUNT; i++) {
+    char name[FIGURE_NAME_MAX];
+    name_figure(i, name);
+    fprintf(file, ",%s", name);
+  }
+  for (i = 0; i < LM_LIMIT_COUNT; i++) {
+    fprintf(file, ",margin_%s", lm_limit_name(i));
+  }
+  fprintf(file, "\n");
+  for (n = 0; n < count; n++) {
+    const lm_measured *m = &measured[n];
+    if (!m->computed) {
+      continue;
+    }
+    fprintf(file, "%d", m->design.verified);
+    for (i = 0; i < problem->choice_count; i++) {
+      fprintf(file, ",");
+      write_choice(file, problem, m->design.combination, i);
+    }
+    for (i = 0; i < problem->range_count; i++) {
+      write_exact(file, ",", range_value(&problem->range[i], m->design.unit[i]), "");
+    }
+    for (i = 0; i < LM_FIGURE_COUNT; i++) {
+      write_exact(file, ",", show_figure(i, m->figure[i]), "");
+    }
+    for (i = 0; i < LM_LIMIT_COUNT; i++) {
+      write_exact(file, ",", m->margin[i], "");
+    }
+    fprintf(file, "\n");
+  }
 }
 
 void lm_write_combinations(FILE *file, const lm_problem *problem, const lm_search *search) {

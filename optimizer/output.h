@@ -24,14 +24,21 @@ void lm_free_text(char *text);
 double lm_margin_of(const lm_problem *problem, const lm_layout *layout, const double result[],
                     int limit);
 
-/* One design per row: combination, variables, figures, margins of all limits. Designs that the
- * model refuses are left out. 0: no memory, nothing was written. */
-int lm_write_designs(FILE *file, const lm_problem *problem, const lm_solution design[], int count,
-                     lm_workspace *workspace);
+/* A design with its figures and margins as in the search. */
+typedef struct lm_measured {
+  lm_solution design;
+  int computed; /* 0: the model refuses it, without figures and margins */
+  double figure[LM_FIGURE_COUNT];
+  double margin[LM_LIMIT_COUNT];
+} lm_measured;
 
-/* The trade-off, in the same way. */
-int lm_write_front(FILE *file, const lm_problem *problem, const lm_search *search,
-                   lm_workspace *workspace);
+/* Compute figures and margins of measured->design. */
+void lm_measure_design(const lm_problem *problem, lm_measured *measured, lm_workspace *workspace);
+
+/* One design per row: combination, variables, figures, margins of all limits. Designs that the
+ * model refuses are left out. */
+void lm_write_designs(FILE *file, const lm_problem *problem, const lm_measured measured[],
+                      int count);
 
 /* Every combination: its choices, its result and the limit that pruned it. */
 void lm_write_combinations(FILE *file, const lm_problem *problem, const lm_search *search);

@@ -116,13 +116,28 @@ void lm_close_pool(lm_pool *pool) {
   }
 }
 
+/* One thread for each worker, at most `count`. The calling thread works too, alone if no other can be
+ * started. data[]: one element of a size for each. */
+static void in_threads(const lm_pool *pool, int count, void (*function)(void *), void *data,
+                       size_t size) {
+  lm_thread *thread[LM_WORKERS_MAX];
+  int started = 0;
+  int i;
+  for (i = 1; i < pool->workers && i < count; i++) {
+    thread[started] = lm_start_thread(function, (char *)data + (size_t)i * size);
+    started += thread[started] != NULL;
+  }
+  function(data);
+  for (i = 0; i < started; i++) {
+    lm_join_thread(thread[i]);
+  }
+}
+
 lm_status lm_run_tasks(lm_pool *pool, const lm_problem *problem, const lm_task tasks[], int count,
                        int (*skip)(void *context, int id), lm_answer_sink sink, void *context,
                        const volatile int *stop) {
   run r;
   worker w[LM_WORKERS_MAX];
-  lm_thread *thread[LM_WORKERS_MAX];
-  int started = 0;
   int i;
   memset(&r, 0, sizeof r);
   r.problem = problem;
@@ -137,17 +152,56 @@ lm_status lm_run_tasks(lm_pool *pool, const lm_problem *problem, const lm_task t
     w[i].shared = &r;
     w[i].workspace = pool->workspace[i];
   }
-  /* The calling thread works too, alone if no other can be started. */
-  for (i = 1; i < pool->workers && i < count; i++) {
-    thread[started] = lm_start_thread(work, &w[i]);
-    started += thread[started] != NULL;
-  }
-  work(&w[0]);
-  for (i = 0; i < started; i++) {
-    lm_join_thread(thread[i]);
-  }
+  in_threads(pool, count, work, w, sizeof w[0]);
   if (lm_is_stopped(stop)) {
     return LM_NOT_CONVERGED;
   }
   return r.failed ? LM_TOO_SMALL : LM_OK;
+}
+
+/* Designs to be measured, shared by the threads. */
+typedef struct measuring {
+  const lm_problem *problem;
+  lm_measured *measured;
+  int count;
+  int next; /* first design not taken */
+  lm_lock *lock;
+} measuring;
+
+typedef struct measurer {
+  measuring *shared;
+  lm_workspace *workspace;
+} measurer;
+
+static lm_measured *take_design(measuring *m) {
+  lm_measured *taken;
+  lm_acquire(m->lock);
+  taken = m->next < m->count ? &m->measured[m->next++] : NULL;
+  lm_release(m->lock);
+  return taken;
+}
+
+static void measure(void *data) {
+  measurer *m = (measurer *)data;
+  lm_measured *taken;
+  while ((taken = take_design(m->shared)) != NULL) {
+    lm_measure_design(m->shared->problem, taken, m->workspace);
+  }
+}
+
+void lm_measure_designs(lm_pool *pool, const lm_problem *problem, lm_measured measured[],
+                        int count) {
+  measuring shared;
+  measurer m[LM_WORKERS_MAX];
+  int i;
+  shared.problem = problem;
+  shared.measured = measured;
+  shared.count = count;
+  shared.next = 0;
+  shared.lock = pool->lock;
+  for (i = 0; i < pool->workers; i++) {
+    m[i].shared = &shared;
+    m[i].workspace = pool->workspace[i];
+  }
+  in_threads(pool, count, measure, m, sizeof m[0]);
 }

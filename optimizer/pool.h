@@ -6,6 +6,7 @@
 #ifndef LOSTMOTION_OPTIMIZER_POOL_H
 #define LOSTMOTION_OPTIMIZER_POOL_H
 
+#include "output.h"
 #include "run_task.h"
 
 #ifdef __cplusplus
@@ -29,6 +30,10 @@ typedef void (*lm_answer_sink)(void *context, const lm_answer *answer);
 lm_status lm_run_tasks(lm_pool *pool, const lm_problem *problem, const lm_task tasks[], int count,
                        int (*skip)(void *context, int id), lm_answer_sink sink, void *context,
                        const volatile int *stop);
+
+/* Compute figures and margins of measured[count]. */
+void lm_measure_designs(lm_pool *pool, const lm_problem *problem, lm_measured measured[],
+                        int count);
 
 #ifdef __cplusplus
 }

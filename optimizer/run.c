@@ -30,6 +30,9 @@ struct lm_run {
   void *context;
   double hooked; /* seconds, when the hook was called */
   volatile int *stop;
+  int workers;        /* 0: as many as there are cores */
+  lm_measured *front; /* null until it is measured */
+  int front_count;
 };
 
 static int say(char note[LM_NOTE_MAX], int status, const char *format, ...) {
@@ -248,6 +251,7 @@ void lm_close_run(lm_run *run) {
     if (run->history != NULL) {
       fclose(run->history);
     }
+    free(run->front);
     lm_close_journal(run->journal);
     lm_close_search(run->search);
     free(run);
@@ -284,6 +288,7 @@ int lm_work_run(lm_run *run, int workers, lm_run_hook hook, void *context, volat
   lm_status status = pool == NULL ? LM_TOO_SMALL : LM_OK;
   int count;
   note[0] = '\0';
+  run->workers = workers;
   run->hook = hook;
   run->context = context;
   run->stop = stop;
@@ -366,7 +371,7 @@ static int explain(lm_run *run, lm_workspace *workspace, char note[LM_NOTE_MAX])
   double value[LM_KEY_COUNT];
   size_t length;
   lm_status status = LM_OUT_OF_RANGE;
-  int whole;
+  lm_measured measured;
   FILE *file;
   memset(&nearest, 0, sizeof nearest);
   if (lm_read_nearest(run->search, &nearest.combination, nearest.unit, &nearest.violation)) {
@@ -401,8 +406,10 @@ static int explain(lm_run *run, lm_workspace *workspace, char note[LM_NOTE_MAX])
   if (file == NULL) {
     return 1;
   }
-  whole = lm_write_designs(file, &run->problem, &nearest, 1, workspace);
-  return !end_file(run, "nearest.csv", file, whole);
+  measured.design = nearest;
+  lm_measure_design(&run->problem, &measured, workspace);
+  lm_write_designs(file, &run->problem, &measured, 1);
+  return !end_file(run, "nearest.csv", file, 1);
 }
 
 /* The history is collected in a temporary file and appears complete. */
@@ -420,6 +427,36 @@ static int write_history(lm_run *run) {
   return !end_file(run, "history.csv", file, whole);
 }
 
+/* 0: not enough memory. */
+static int measure_front(lm_run *run) {
+  const int count = lm_read_front(run->search, NULL, 0);
+  lm_solution *front = (lm_solution *)malloc((size_t)(count + 1) * sizeof *front);
+  lm_measured *measured = (lm_measured *)malloc((size_t)(count + 1) * sizeof *measured);
+  lm_pool *pool = lm_open_pool(run->workers);
+  const int enough = front != NULL && measured != NULL && pool != NULL;
+  int i;
+  if (enough) {
+    (void)lm_read_front(run->search, front, count);
+    for (i = 0; i < count; i++) {
+      measured[i].design = front[i];
+    }
+    lm_measure_designs(pool, &run->problem, measured, count);
+    free(run->front);
+    run->front = measured;
+    run->front_count = count;
+  } else {
+    free(measured);
+  }
+  lm_close_pool(pool);
+  free(front);
+  return enough;
+}
+
+const lm_measured *lm_run_front(const lm_run *run, int *count) {
+  *count = run->front_count;
+  return run->front;
+}
+
 int lm_finish_run(lm_run *run, int status, char note[LM_NOTE_MAX]) {
   lm_workspace *workspace = lm_create_workspace();
   int failed;
@@ -430,7 +467,8 @@ int lm_finish_run(lm_run *run, int status, char note[LM_NOTE_MAX]) {
     lm_free_workspace(workspace);
     return status;
   }
-  if (workspace == NULL) {
+  if (workspace == NULL || !measure_front(run)) {
+    lm_free_workspace(workspace);
     return say(note, LM_EXIT_FAILED, "not enough memory");
   }
   errno = 0;
@@ -443,8 +481,8 @@ int lm_finish_run(lm_run *run, int status, char note[LM_NOTE_MAX]) {
   file = begin_file(run, "front.csv");
   failed |= file == NULL;
   if (file != NULL) {
-    const int whole = lm_write_front(file, &run->problem, run->search, workspace);
-    failed |= !end_file(run, "front.csv", file, whole);
+    lm_write_designs(file, &run->problem, run->front, run->front_count);
+    failed |= !end_file(run, "front.csv", file, 1);
   }
   failed |= write_history(run);
   if (lm_read_best(run->search, &best)) {

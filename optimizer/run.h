@@ -17,8 +17,7 @@
 #ifndef LOSTMOTION_OPTIMIZER_RUN_H
 #define LOSTMOTION_OPTIMIZER_RUN_H
 
-#include "certificate.h"
-#include "search.h"
+#include "output.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -65,6 +64,9 @@ int lm_work_run(lm_run *run, int workers, lm_run_hook hook, void *context, volat
 /* Write the results. Takes the exit status of the work and returns that of the search: 1, with the
  * limits to relax, if the work succeeded without a feasible design. */
 int lm_finish_run(lm_run *run, int status, char note[LM_NOTE_MAX]);
+
+/* The front with figures and margins, after lm_finish_run; null, and no design, before it. */
+const lm_measured *lm_run_front(const lm_run *run, int *count);
 
 void lm_close_run(lm_run *run);
 

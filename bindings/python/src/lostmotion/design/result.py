@@ -279,28 +279,34 @@ class Designs:
         }
         return values, margins
 
-    def front(self, search: Any) -> list[dict[str, Any]]:
-        """Read the front."""
-        count = self.lib.lm_read_front(search, self.ffi.NULL, 0)
-        found = self.ffi.new("lm_solution[]", max(count, 1))
-        count = min(count, self.lib.lm_read_front(search, found, count))
+    def front(self, run: Any) -> list[dict[str, Any]]:
+        """Read the front of a finished `lm_run`."""
+        count = self.ffi.new("int *")
+        front = self.lib.lm_run_front(run, count)
         out = []
-        for i in range(count):
-            one = found[i]
-            try:
-                values, margins = self.measure(one.combination, one.unit)
-                document = self.drive(one.combination, one.unit, f"{self.spec.name}, {i + 1}")
-            except ValueError:  # a point that a test has made invalid
+        for i in range(count[0]):
+            one = front[i].design
+            if not front[i].computed:  # a point that a test has made invalid
                 continue
+            values, margins = figures_and_margins(front[i])
             out.append(
                 {
                     "objectives": [values[name] for name in self.names],
                     "figures": values,
                     "margins": margins,
                     "variables": self.varied(one.combination, one.unit),
-                    "drive": document,
+                    "drive": self.drive(one.combination, one.unit, f"{self.spec.name}, {i + 1}"),
                     "verified": bool(one.verified),
                     "combination": int(one.combination),
                 }
             )
         return out
+
+
+def figures_and_margins(one: Any) -> tuple[dict[str, float], dict[str, float]]:
+    """Figures and margins of an `lm_measured` by name."""
+    values = {
+        name: figure_value(i, value)
+        for i, ((name, _), value) in enumerate(zip(figures(), one.figure, strict=True))
+    }
+    return values, dict(zip(limit_names(), one.margin, strict=True))

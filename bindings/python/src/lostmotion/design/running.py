@@ -265,7 +265,7 @@ class _Run:
         self.lib.lm_read_progress(self.search, p)
         result = SearchResult(
             document,
-            self.designs.front(self.search),
+            self.designs.front(self.run),
             self.designs.names,
             self.designs.units,
             self.designs.larger,
