@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -165,9 +166,9 @@ def read_written(text: str) -> dict[str, Any]:
     document: dict[str, Any] = {}
     table = document
     for line in text.splitlines():
-        key, _, value = line.partition(" = ")
-        if value:
-            table[key] = _written_value(value)
+        entry = _written_entry(line)
+        if entry is not None:
+            table[entry[0]] = entry[1]
         elif line:
             *outer, name = line.strip("[]").split(".")
             parent = document
@@ -181,12 +182,17 @@ def read_written(text: str) -> dict[str, Any]:
     return document
 
 
-def _written_value(text: str) -> str | bool | int | float:
+@lru_cache(4096)
+def _written_entry(line: str) -> tuple[str, str | bool | int | float] | None:
+    """Key and value of a line; most lines are those of the design before."""
+    key, equals, text = line.partition(" = ")
+    if not equals:
+        return None
     if text.startswith('"'):
-        return text[1:-1]
+        return key, text[1:-1]
     if text in ("true", "false"):
-        return text == "true"
-    return int(text) if text.lstrip("-").isdecimal() else float(text)
+        return key, text == "true"
+    return key, int(text) if text.lstrip("-").isdecimal() else float(text)
 
 
 class Designs:

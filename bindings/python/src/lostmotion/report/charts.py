@@ -137,7 +137,7 @@ def plots_of(result: WhitenedResult) -> list[Chart]:
     return found
 
 
-IN_SCRIPT = {ord(c): f"\\u{ord(c):04x}" for c in "<>&\u2028\u2029"}
+IN_SCRIPT = {c: f"\\u{ord(c):04x}" for c in "<>&\u2028\u2029"}
 """JSON escapes for characters that may end a script element or line, or open a comment."""
 
 
@@ -146,7 +146,10 @@ def script_json(data: object) -> str:
 
     The escaped characters occur in JSON only inside texts.
     """
-    return json.dumps(data, separators=(",", ":"), ensure_ascii=False).translate(IN_SCRIPT)
+    text = json.dumps(data, separators=(",", ":"), ensure_ascii=False)
+    for character, code in IN_SCRIPT.items():
+        text = text.replace(character, code)
+    return text
 
 
 def chart_html(chart: Chart, place: str, number: str, links: str = "") -> str:
