@@ -77,6 +77,7 @@ def simplify(points: FloatArray, slack: float = SIMPLIFY_PX) -> FloatArray:
     count = len(points)
     if count < 3 or slack == 0:
         return points
+    places = points[:, 0] + 1j * points[:, 1]
     keep = np.zeros(count, dtype=bool)
     keep[[0, -1]] = True
     pending = [(0, count - 1)]
@@ -84,14 +85,14 @@ def simplify(points: FloatArray, slack: float = SIMPLIFY_PX) -> FloatArray:
         first, last = pending.pop()
         if last - first < 2:
             continue
-        inner = points[first + 1 : last] - points[first]
-        chord = points[last] - points[first]
-        length = float(np.hypot(*chord))
+        inner = places[first + 1 : last] - places[first]
+        chord = complex(places[last] - places[first])
+        length = abs(chord)
         if length > POINT_LENGTH:
-            along = np.clip(inner @ chord / length**2, 0.0, 1.0)
-            inner = inner - along[:, None] * chord
-        distance = np.hypot(inner[:, 0], inner[:, 1])
-        worst = int(np.argmax(distance))
+            along = (inner * (chord.conjugate() / length**2)).real
+            inner -= np.minimum(np.maximum(along, 0.0), 1.0) * chord
+        distance = np.abs(inner)
+        worst = int(distance.argmax())
         if distance[worst] > slack:
             middle = first + 1 + worst
             keep[middle] = True
