@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import atexit
 import contextlib
 import errno
 import gc
@@ -56,6 +57,9 @@ of what a process limited to two may use."""
 SPINNING = ("OPENBLAS_THREAD_TIMEOUT", "4")
 """Setting of OpenBLAS, whose idle threads otherwise occupy a core for 0.05 s when NumPy is loaded
 and after each product."""
+
+# The memory of a command ends with its process: it is not searched for garbage at the end.
+atexit.register(gc.freeze)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
