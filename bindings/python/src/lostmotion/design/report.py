@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from lostmotion.catalogue import PARTS
-from lostmotion.design.engine import ARCMIN_PER_RAD, engine, figures
+from lostmotion.design.engine import ARCMIN_PER_RAD, engine, figures, limit_names
 from lostmotion.design.result import SearchResult, margin_unit, relaxation, rounded_up
 from lostmotion.design.spec import Spec
 from lostmotion.design.start import Start
@@ -164,6 +164,8 @@ def explorer(result: SearchResult, context: Context) -> str:
     designs = []
     values = []
     fields: dict[str, Values] = {}
+    figure_labels = {name: f"{name.replace('_', ' ')}, {_unit(unit)}" for name, unit in figures()}
+    labels = {name: f"{limit_name(name)}, {margin_unit(name)}" for name in limit_names()}
     for i, one in enumerate(result.front):
         pictured = i % step == 0
         model = _model(one["drive"]) if pictured else None
@@ -173,12 +175,9 @@ def explorer(result: SearchResult, context: Context) -> str:
                 "o": one["objectives"],
                 "verified": one["verified"],
                 "values": values[-1],
-                "figures": [
-                    [f"{name.replace('_', ' ')}, {_unit(unit)}", one["figures"][name]]
-                    for name, unit in figures()
-                ],
+                "figures": [[label, one["figures"][name]] for name, label in figure_labels.items()],
                 "margins": [
-                    [f"{limit_name(name)}, {margin_unit(name)}", margin]
+                    [labels[name], margin]
                     for name, margin in one["margins"].items()
                     if margin != 1.0
                 ],
