@@ -5,7 +5,8 @@
 
 BUILD is a build folder with the static libraries, that of ``./dev`` unless it is given; the package
 is the installed one. The search alone ends before its verification. The whole design is a process
-of its own, with the start of the interpreter, verification, certificate, all files and the report.
+of its own, with the start of the interpreter, verification, certificate, all files and the report;
+the modules of the package are compiled, as by any earlier command.
 Processor time is that of all threads. The elapsed time is with a thread for each core, and valid
 only on an idle machine: *busy* is the load. Each figure is the least of the repeats.
 """
@@ -40,6 +41,7 @@ def time_whole(name: str, evaluations: int) -> tuple[float, float]:
         subprocess.run(
             [sys.executable, "-m", "lostmotion", "design", file, "-o", file.with_suffix(".run")],
             check=True,
+            env={k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"},
             stdout=subprocess.DEVNULL,
         )
         elapsed, after = time.perf_counter() - began, os.times()
