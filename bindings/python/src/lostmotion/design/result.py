@@ -238,10 +238,16 @@ class Designs:
         return [figure_value(f, found.objective[i]) for i, f in enumerate(self.spec.objectives)]
 
     def drive(self, combination: int, unit: Any, name: str = "") -> dict[str, Any]:
-        """Drive file of a point."""
+        """Drive file of a point; ValueError if it has none."""
+        drive = self._drive(combination, unit, name)
+        if drive is None:
+            raise ValueError("no drive at this point")
+        return drive
+
+    def _drive(self, combination: int, unit: Any, name: str) -> dict[str, Any] | None:
         drive = self.ffi.new("lm_drive *")
         if self.lib.lm_point_drive(self.problem, combination, unit, drive, self.ffi.NULL) != 0:
-            raise ValueError("no drive at this point")
+            return None
         text = self.lib.lm_format_drive(drive, b"")
         if text == self.ffi.NULL:
             raise MemoryError
@@ -285,14 +291,24 @@ class Designs:
         }
         return values, margins
 
-    def front(self, run: Any) -> list[dict[str, Any]]:
-        """Read the front of a finished `lm_run`."""
+    def drives(self, search: Any) -> list[dict[str, Any] | None]:
+        """Drive files of the front; None at a point that has none."""
+        count = self.lib.lm_read_front(search, self.ffi.NULL, 0)
+        found = self.ffi.new("lm_solution[]", max(count, 1))
+        self.lib.lm_read_front(search, found, count)
+        return [
+            self._drive(found[i].combination, found[i].unit, f"{self.spec.name}, {i + 1}")
+            for i in range(count)
+        ]
+
+    def front(self, run: Any, drives: list[dict[str, Any] | None]) -> list[dict[str, Any]]:
+        """Read the front of a finished `lm_run`; `drives` are its drive files."""
         count = self.ffi.new("int *")
         front = self.lib.lm_run_front(run, count)
         out = []
-        for i in range(count[0]):
+        for i, drive in zip(range(count[0]), drives, strict=False):
             one = front[i].design
-            if not front[i].computed:  # a point that a test has made invalid
+            if not front[i].computed or drive is None:  # a point that a test has made invalid
                 continue
             values, margins = figures_and_margins(front[i])
             out.append(
@@ -301,7 +317,7 @@ class Designs:
                     "figures": values,
                     "margins": margins,
                     "variables": self.varied(one.combination, one.unit),
-                    "drive": self.drive(one.combination, one.unit, f"{self.spec.name}, {i + 1}"),
+                    "drive": drive,
                     "verified": bool(one.verified),
                     "combination": int(one.combination),
                 }

@@ -237,7 +237,11 @@ class _Run:
             return done
 
         begin_packing()
-        status = self.in_thread(call, lambda: None)
+        reading = begin(lambda: self.designs.drives(self.search))
+        try:
+            status = self.in_thread(call, lambda: None)
+        finally:
+            self.drives = reading()
         self.hear(c_string(self.note))
         return status
 
@@ -265,7 +269,7 @@ class _Run:
         self.lib.lm_read_progress(self.search, p)
         result = SearchResult(
             document,
-            self.designs.front(self.run),
+            self.designs.front(self.run, self.drives),
             self.designs.names,
             self.designs.units,
             self.designs.larger,
