@@ -182,6 +182,10 @@ def chart_html(chart: Chart, place: str, number: str, links: str = "") -> str:
     )
 
 
+PACKED = 5
+"""Level of compression: the highest one takes twice as long, for a page that is 0.7 % smaller."""
+
+
 @cache
 def begin_packing() -> Callable[[], str]:
     """Begin to compress Plotly for a page, beside the calling thread; returns it in base64."""
@@ -191,7 +195,7 @@ def begin_packing() -> Callable[[], str]:
 def _pack() -> str:
     from plotly.offline import get_plotlyjs
 
-    return base64.b64encode(gzip.compress(get_plotlyjs().encode(), 9, mtime=0)).decode()
+    return base64.b64encode(gzip.compress(get_plotlyjs().encode(), PACKED, mtime=0)).decode()
 
 
 @cache
