@@ -637,7 +637,7 @@ void lm_axis_open(lm_axis *a) {
     a->waits = LM_AXIS_WAITS_STAND;
     a->parted = 0;
     a->far = 0;
-    a->stood_at_rad = a->setpoint_rad;
+    a->stood_at_rad = a->motor_rad;
     forget_standstill(a);
   }
 }
