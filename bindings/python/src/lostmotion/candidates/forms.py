@@ -84,7 +84,7 @@ class Linear:
             # An effect on the torque winds up the drive, through its friction and its soft range.
             kept = distinct(made.columns, made.start_of)
             made.start_of = [made.start_of[k] for k in kept]
-            made.columns = [wound_up(effect, base, *units[k], made.columns[k]) for k in kept]
+            made.columns = [wound_up(effect, base, point, *units[k], made.columns[k]) for k in kept]
         return made
 
     def values(

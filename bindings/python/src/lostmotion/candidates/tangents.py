@@ -17,7 +17,7 @@ from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.effect import Effect, Value
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.point import Point
-from lostmotion.fit.terms import Term, start_values
+from lostmotion.fit.terms import start_values
 from lostmotion.units import ARCSEC
 
 POINTS_MAX = 4
@@ -157,7 +157,12 @@ def at_base(effect: Effect, values: FloatArray, base: BaselineModel, point: Poin
 
 
 def wound_up(
-    effect: Effect, base: BaselineModel, unit: FloatArray, index: int, acts: FloatArray
+    effect: Effect,
+    base: BaselineModel,
+    point: Point,
+    unit: FloatArray,
+    index: int,
+    acts: FloatArray,
 ) -> FloatArray:
     """Derivative of the angle by a linear value acting on torque or friction, `acts` per unit."""
     peak = float(np.max(np.abs(acts))) * ARCSEC
@@ -167,7 +172,9 @@ def wound_up(
     small[index] *= 0.05
     if effect.kind == "torque":
         small[index] = SMALL * base.rated_torque_Nm / peak
-    return slope_of_model(effect, base, small, index)
+    back = small.copy()
+    back[index] = -small[index]
+    return base.slope_by(effect, back, small, index, point)
 
 
 def unit_size(effect: Effect, index: int) -> float:
@@ -189,24 +196,7 @@ def difference(
     nothing[effect.inner()] = 0.0
     high, low = nothing.copy(), nothing.copy()
     high[index], low[index] = step, -step
-    if effect.kind == "angle":
-        c = base.conditions
-        elastic = point.elastic * ARCSEC
-        up = effect.run(high, c, point.torque, elastic, point.wound)
-        down = effect.run(low, c, point.torque, elastic, point.wound)
-        return np.asarray((up - down) / ARCSEC / (2 * step))
-    return slope_of_model(effect, base, high, index)
-
-
-def slope_of_model(effect: Effect, base: BaselineModel, high: FloatArray, index: int) -> FloatArray:
-    """Derivative of the model's angle by a value, between the given value and its negative."""
-    model = base.copy()
-    term = Term(effect, high, [index])
-    model.terms = [*model.terms, term]
-    up = model.angle()
-    term.values = high.copy()
-    term.values[index] = -high[index]
-    return np.asarray((up - model.angle()) / (2 * high[index]))
+    return base.slope_by(effect, low, high, index, point)
 
 
 def distinct(columns: list[FloatArray], start_of: list[int]) -> list[int]:

@@ -1,10 +1,10 @@
 """The baseline model to which effects are added: torsion curve and hysteresis.
 
     T_e = T + sum w_i (z_i - U)
-    phi = offset_run + (1 + a_run) B(T_e) + g_run sat(T_e) + sum c_i (z_i - U)
+    phi = offset_run + exp(a_run) B(T_e) + g_run sat(T_e) + sum c_i (z_i - U)
 
 `B` is the torsion curve (`segmented_curve`); the operators z_i follow the envelope U of the torque
-with half widths times (1 + f_run) (`hysteresis`); a, f and g are the deviations of each run
+with half widths times exp(f_run) (`hysteresis`); a, f and g are the deviations of each run
 (`deviations`). Effects act on the torque, the half widths or the angle (`terms`).
 """
 
@@ -20,6 +20,7 @@ import numpy as np
 from lostmotion.arrays import BoolArray, FloatArray
 from lostmotion.content_key import content_key
 from lostmotion.effects.conditions import Conditions, side_by_side
+from lostmotion.effects.effect import Effect
 from lostmotion.fit.deviations import DEVIATIONS, GAP, gap_closed, stiffness_factor, width_factor
 from lostmotion.fit.form_error import FormBasis, FormError
 from lostmotion.fit.hysteresis import (
@@ -193,29 +194,34 @@ class BaselineModel:
 
     def value_column(self, term: Term, index: int, point: Point) -> FloatArray:
         """Derivative of the angle by one value of a term."""
-        low, high = term.around(index)
-        if term.effect.kind == "angle":
-            elastic = point.elastic * ARCSEC
-            up, down = (
-                term.effect.run(values, self.conditions, point.torque, elastic, point.wound)
-                for values in (high, low)
-            )
-            return np.asarray((up - down) / ARCSEC / (high[index] - low[index]))
-        up, down = (self.with_values(term, values).angle() for values in (high, low))
-        return np.asarray((up - down) / (high[index] - low[index]))
+        return self.slope_by(term.effect, *term.around(index), index, point)
 
-    def with_values(self, term: Term, values: FloatArray) -> BaselineModel:
-        """The same model except for the values of one term: to be evaluated, not fitted."""
-        other = copy.copy(self)
-        other.terms = [Term(t.effect, values, t.free) if t is term else t for t in self.terms]
+    def slope_by(
+        self, effect: Effect, low: FloatArray, high: FloatArray, index: int, point: Point
+    ) -> FloatArray:
+        """Derivative of the angle by one value of an effect, between two of its sizes."""
+        step = high[index] - low[index]
+        if effect.kind == "torque":
+            up, down = (self.with_values(effect, values).angle() for values in (high, low))
+            return np.asarray((up - down) / step)
+        up, down = (
+            effect.run(values, self.conditions, point.torque, point.elastic * ARCSEC, point.wound)
+            for values in (high, low)
+        )
+        if effect.kind == "angle":
+            return np.asarray((up - down) / ARCSEC / step)
+        return self.hysteresis.by_width(point, 2.0 * (up - down) / (up + down) / step)
+
+    def with_values(self, effect: Effect, values: FloatArray) -> BaselineModel:
+        """The model with an effect at some values: to be evaluated, not fitted."""
+        other, term = copy.copy(self), Term(effect, values, effect.free())
+        names = [known.effect.name for known in self.terms]
+        place = names.index(effect.name) if effect.name in names else len(names)
+        other.terms = [*self.terms[:place], term, *self.terms[place + 1 :]]
         return other
 
     def run_columns(self, point: Point) -> FloatArray:
-        """Derivatives by the deviations of a run: `DEVIATIONS`, then the offset.
-
-        Those of stiffness and friction are by the logarithm, so that a common deviation is exactly
-        a change of the baseline model, and a constant shape does not depend on the deviations.
-        """
+        """Derivatives by the deviations of a run: `DEVIATIONS`, then the offset."""
         return side_by_side(
             point.stiffness * point.torsion_curve,
             self.hysteresis.by_width(point),

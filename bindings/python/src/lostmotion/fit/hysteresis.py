@@ -349,11 +349,29 @@ class Hysteresis:
         change /= high - low
         return self.angle_by(change, point)
 
-    def by_width(self, point: Point) -> FloatArray:
-        """Derivative of the angle by the logarithm of all half widths."""
-        wider = self.columns(point.torque, point.width * (1 + RADIUS_STEP))
-        closer = self.columns(point.torque, point.width * (1 - RADIUS_STEP))
-        return self.angle_by((wider - closer) / (2 * RADIUS_STEP), point)
+    def by_width(self, point: Point, change: FloatArray | None = None) -> FloatArray:
+        """Derivative of the angle by a value that changes the logarithm of the half widths.
+
+        Parameters
+        ----------
+        point : Point
+        change : ndarray, optional
+            Change of the logarithm per unit of the value, of every sample; by default 1. Operators
+            have kinks, so every run is differentiated with the same largest step: a change that is
+            constant in a run gives a multiple of the derivative by its deviation.
+        """
+        largest, along = (1.0, 1.0) if change is None else self.largest_in_run(change)
+        wider = self.columns(point.torque, point.width * (1.0 + RADIUS_STEP * along))
+        closer = self.columns(point.torque, point.width * (1.0 - RADIUS_STEP * along))
+        return np.asarray(largest * self.angle_by((wider - closer) / (2 * RADIUS_STEP), point))
+
+    def largest_in_run(self, change: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Largest value of every run, with its sign, and all values relative to it."""
+        c = self.conditions
+        high, low = (f.reduceat(change, c.starts[:-1]) for f in (np.maximum, np.minimum))
+        largest = np.where(high >= -low, high, low)[c.run_of]
+        along = np.divide(change, largest, out=np.ones_like(change), where=largest != 0.0)
+        return largest, along
 
     # --- parameters ------------------------------------------------------------------------------
 
