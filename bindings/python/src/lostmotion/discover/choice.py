@@ -149,7 +149,7 @@ def try_shortlist(
 ) -> tuple[list[Contender], set[str]]:
     """Try the shortlist in the model, then the reserve until one passes and is of use.
 
-    At last, effects that the deviations of the runs may hide.
+    The shortlist contains starts from other models: without form error, and with equal runs.
 
     Returns
     -------
@@ -163,6 +163,7 @@ def try_shortlist(
     shortlist = model.more_starts(current, shortlist)
 
     shortlist += model.unjudged(current, results, shortlist)
+    shortlist += model.with_equal_runs(current)
 
     def tried(leads: list[Lead]) -> list[Contender]:
         return try_leads(model, leads, least, current)
@@ -177,8 +178,6 @@ def try_shortlist(
         shortlist = strongest(reserve)
         reserve = without(reserve, shortlist)
         contenders = best_starts(model, contenders + tried(shortlist))
-    if not useful(contenders):
-        contenders = best_starts(model, contenders + tried(model.with_equal_runs(current)))
     return contenders, rejected
 
 
