@@ -39,7 +39,7 @@ Record = dict[str, Any]
 
 PAGE = Path(__file__).resolve().parents[2] / "bindings/python/docs/how_well.md"
 
-KEPT = ("verdict", "noise_floor_arcsec", "effects", "ladder", "events", "unexplained")
+KEPT = ("verdict", "noise_floor_arcsec", "effects", "ladder", "events", "unexplained", "friction")
 """Keys of an answer that are stored."""
 
 

@@ -81,6 +81,17 @@ def test_a_pair_needs_both() -> None:
     assert left.startswith("both named")
 
 
+def test_friction_that_grows_with_the_load_is_told_by_the_form() -> None:
+    pair = truth("wear", "load_dependent_friction")
+    answer = found("missing-effect", "wear")
+    assert judge(pair, answer) == "one of two"
+    assert judge(pair, answer | {"friction": "inside+load"}) == "right"
+    alone = truth("load_dependent_friction")
+    assert judge(alone, found("complete") | {"friction": "inside"}) == "none"
+    assert judge(alone, found("complete") | {"friction": "both+load"}) == "right"
+    assert judge(truth("wear"), answer | {"friction": "inside+load"}) == "first, with others"
+
+
 def test_nothing_hidden_has_to_end_complete() -> None:
     assert judge(truth(), found("complete")) == "right"
     assert judge(truth(), found("missing-effect", "wear")).startswith("false alarm")

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+OF_LOAD = "load_dependent_friction"
+"""Effect that a form of the hysteresis contains (`inside+load`, `both+load`)."""
+
 SECONDS = 1.0
 """Permitted error of the position of a sudden event."""
 
@@ -53,9 +56,19 @@ def _outside(truth: dict[str, Any], found: dict[str, Any]) -> str:
     return "right" if shown & wanted else "unexplained, other column"
 
 
+def told(found: dict[str, Any]) -> list[str]:
+    """Effects that an answer states: those that it names, then that of its baseline model.
+
+    Limits of friction that grow with the load are the simulator's `load_dependent_friction`.
+    """
+    named: list[str] = found["effects"]
+    of_form = [OF_LOAD] if "load" in found.get("friction", "") and OF_LOAD not in named else []
+    return named + of_form
+
+
 def _pair(truth: dict[str, Any], found: dict[str, Any]) -> str:
-    hidden, named = set(truth["effects"]), set(found["effects"])
-    if found["verdict"] == "complete":
+    hidden, named = set(truth["effects"]), set(told(found))
+    if not hidden & named and found["verdict"] == "complete":
         return "none"
     if hidden <= named:
         return "right" if nothing_left(truth, found) else "both named, a residual remains"
@@ -64,7 +77,7 @@ def _pair(truth: dict[str, Any], found: dict[str, Any]) -> str:
 
 def _single(truth: dict[str, Any], found: dict[str, Any]) -> str:
     (hidden,) = truth["effects"]
-    verdict, named = found["verdict"], found["effects"]
+    verdict, named = found["verdict"], told(found)
     if hangs_on_nothing(truth):
         # Without its column it cannot be named, and nothing else may be named in its place.
         if verdict in truth["verdicts"]:
@@ -72,7 +85,7 @@ def _single(truth: dict[str, Any], found: dict[str, Any]) -> str:
         return "none" if verdict == "complete" else "wrong"
     if truth.get("events") and not placed(truth, found):
         return "event not found"
-    if verdict == "complete":
+    if verdict == "complete" and hidden not in named:
         return "none"
     if named and named[0] == hidden:
         if not nothing_left(truth, found):

@@ -32,6 +32,8 @@ from lostmotion.evidence.file import load_body
 from lostmotion.evidence.merging import merge_bodies
 from lostmotion.evidence.sign_flips import runs_least
 from lostmotion.files import write_whole
+from lostmotion.fit.forms import friction_form
+from lostmotion.friction import FORMS, Friction
 from lostmotion.model import make_torsion_curve
 from lostmotion.options import effects_of, ratio_of
 from lostmotion.recordings import (
@@ -56,6 +58,7 @@ from lostmotion.report.wording import (
     TOO_SMALL,
     confounded_with,
     event_text,
+    friction_text,
 )
 from lostmotion.terminal import Progress, deliver, show_findings
 from lostmotion.threads import one_thread
@@ -240,6 +243,7 @@ def show_diagnosis(answer: Mapping[str, Any]) -> None:
         f"\n{NOISE_FLOOR} {answer['noise_floor_arcsec']:.2f} arcsec, {within:.2f} within runs\n"
         f"({NOISE_FLOOR_IS})"
     )
+    show_friction(answer.get("friction", FORMS[0]))
     for rung in answer["ladder"]:
         what = " + ".join(["baseline", *rung["effects"]])
         print(
@@ -300,8 +304,10 @@ def show_fit(model: FittedModel, file: str) -> None:
         show_conditions(rung, "  ")
     print(
         f"{NOISE_FLOOR:<48} {model.noise_floor_arcsec:8.2f} arcsec  within runs "
-        f"{model.within_runs_arcsec:4.2f}\n({NOISE_FLOOR_IS})\n"
+        f"{model.within_runs_arcsec:4.2f}\n({NOISE_FLOOR_IS})"
     )
+    show_friction(friction_form(model.base))
+    print()
     held = model.not_fitted()
     bound = {name: value for name, value in model.at_bound().items() if name not in held}
     for name, value, error in zip(model.names, model.values, model.standard_errors, strict=True):
@@ -317,6 +323,12 @@ def show_fit(model: FittedModel, file: str) -> None:
     for pair in model.inseparable:
         print(f"these recordings do not separate {pair[0]} and {pair[1]}")
     print(f"\nwritten: {file}")
+
+
+def show_friction(form: Friction) -> None:
+    """Print the form of the hysteresis, if it is not the first to be tried."""
+    if form != FORMS[0]:
+        print(friction_text(form))
 
 
 def show_conditions(rung: Mapping[str, Any], indent: str) -> None:

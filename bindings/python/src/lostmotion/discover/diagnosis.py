@@ -341,6 +341,7 @@ def conclude(
                     )
                 },
             },
+            "friction": friction_form(base),
             "runs": c.runs,
             "samples": c.rows,
             "not_testable": dict(sorted(steps[0].round.closed.items())),
