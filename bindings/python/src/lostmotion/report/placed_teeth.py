@@ -32,21 +32,30 @@ def flexspline_shape(
     """
     outline = gear_profile(mesh, "flexspline").pitch() - [0.0, mesh.geometry.neutral_mm]
     outline = simplify(outline, slack_mm)
-    toothed, free = [], []
-    for angle in angles:
-        polar, radius, normal = mesh.place(angle)
-        toothed.append(_placed(outline, polar, radius, normal))
-        for step in (-0.5, 0.0):
-            polar, radius, normal = mesh.place(angle + step * mesh.pitch)
-            free.append(_placed(np.array([[0.0, mesh.free_edge_mm]]), polar, radius, normal))
-    return np.concatenate(toothed), np.concatenate(free)
+    free = np.array([[0.0, mesh.free_edge_mm]])
+    halves = [angle + step * mesh.pitch for angle in angles for step in (-0.5, 0.0)]
+    return (
+        _placed(outline, [mesh.place(angle) for angle in angles]),
+        _placed(free, [mesh.place(angle) for angle in halves]),
+    )
 
 
-def _placed(points: FloatArray, polar: float, radius: float, normal: float) -> FloatArray:
+def _placed(points: FloatArray, places: Sequence[tuple[float, float, float]]) -> FloatArray:
+    """Place points at several places, one after the other.
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, 2)
+        Across and along the axis of a tooth.
+    places : sequence of (float, float, float)
+        Polar angle and radius of the foot of the axis, and its direction.
+    """
     across, along = points[:, 0], points[:, 1]
-    x = radius * math.sin(polar) + along * math.sin(normal) + across * math.cos(normal)
-    y = radius * math.cos(polar) + along * math.cos(normal) - across * math.sin(normal)
-    return np.column_stack((x, y))
+    polar, radius, direction = np.array(places).T[:, :, None]
+    c, s = np.cos(direction), np.sin(direction)
+    x = radius * np.sin(polar) + along * s + across * c
+    y = radius * np.cos(polar) + along * c - across * s
+    return np.stack((x, y), axis=-1).reshape(-1, 2)
 
 
 def rigid_shape(
@@ -59,11 +68,9 @@ def rigid_shape(
     thick = 20.0 * mesh.geometry.module_mm  # outside every window
     ends = sorted((profile.root_mm, profile.tip_mm))
     body = ends[0] - thick if mesh.external else ends[1] + thick
-    toothed, edge = [], []
-    for angle in angles:
-        at = mesh.rigid_axis(angle)
-        toothed.append(_placed(outline, 0.0, 0.0, at))
-        far = np.array([[0.0, body]])
-        edge.append(_placed(far, 0.0, 0.0, at - pitch / 2))
-        edge.append(_placed(far, 0.0, 0.0, at))
-    return np.concatenate(toothed), np.concatenate(edge)
+    axes = [mesh.rigid_axis(angle) for angle in angles]
+    halves = [axis + step * pitch for axis in axes for step in (-0.5, 0.0)]
+    return (
+        _placed(outline, [(0.0, 0.0, axis) for axis in axes]),
+        _placed(np.array([[0.0, body]]), [(0.0, 0.0, axis) for axis in halves]),
+    )
