@@ -36,26 +36,33 @@ BASE_STEPS = 20
 than the prediction of a hypothesis. Chosen by the time of a diagnosis, as `REFIT_STEPS`."""
 
 
-def best_start(current: ContestRound, result: Result) -> tuple[int, Result]:
-    """Find the single start of an effect that explains most.
+def starts_of(current: ContestRound, result: Result) -> list[tuple[int, Result]]:
+    """Starts of an effect, each with its own test.
 
-    If none can be tested alone, it is the first, with its part of the joint result.
+    If none can be tested alone, the first, with its part of the joint result.
     """
     candidate = current.candidates[result.name]
-    assert candidate.effect is not None
     numbers = sorted(set(candidate.start_of))
-    alone = {n: judge(current, f"{result.name}#{n}") for n in numbers}
-    seen = [own for own in alone.values() if own is not None]
-    if not seen:
-        first = numbers[0]
-        mine = np.array(candidate.start_of) == first
-        if result.block != result.name or mine.size != result.coefficients.size:
-            return first, result
-        return first, replace(
+    alone = [(n, judge(current, f"{result.name}#{n}")) for n in numbers]
+    seen = [(n, own) for n, own in alone if own is not None]
+    if seen:
+        return seen
+    first = numbers[0]
+    mine = np.array(candidate.start_of) == first
+    if result.block == result.name and mine.size == result.coefficients.size:
+        result = replace(
             result, block=f"{result.name}#{first}", coefficients=result.coefficients[mine]
         )
-    own = leading(current, candidate.effect, seen)
-    return next(n for n, one in alone.items() if one is own), own
+    return [(first, result)]
+
+
+def best_start(current: ContestRound, result: Result) -> tuple[int, Result]:
+    """Find the single start of an effect that explains most."""
+    effect = current.candidates[result.name].effect
+    assert effect is not None
+    starts = starts_of(current, result)
+    own = leading(current, effect, [own for _, own in starts])
+    return next(start for start in starts if start[1] is own)
 
 
 def term_of(current: ContestRound, result: Result) -> Term:

@@ -19,16 +19,16 @@ from lostmotion.candidates.named import tangent
 from lostmotion.candidates.tangents import given_values
 from lostmotion.discover.contest_round import make_candidates, make_round
 from lostmotion.discover.form_variance import largest_model, with_form_error
-from lostmotion.discover.linearise import Settled, contest_at, noise_rms, settle
+from lostmotion.discover.linearise import Settled, contest_at, noise_rms, plain_rms, settle
 from lostmotion.discover.noise_floor import noise_floor
-from lostmotion.discover.refits import term_of, without_deviations
+from lostmotion.discover.refits import starts_of, term_of_start, without_deviations
 from lostmotion.effects.effect import Effect
 from lostmotion.errors import InputError
 from lostmotion.evidence.noise import Noise
 from lostmotion.fit.baseline import FILED, BaselineModel
 from lostmotion.fit.parameters import placed
 from lostmotion.fit.terms import Term, start_values
-from lostmotion.threads import begin
+from lostmotion.threads import begin, in_parallel
 
 STEPS = 12
 """Evaluations of a fit before the runs have their own deviations."""
@@ -171,14 +171,21 @@ def fit_models(
 def with_effect(base: BaselineModel, first: Settled, effect: Effect, ratio: float) -> BaselineModel:
     """Refit a model with one more effect.
 
-    During the fit the runs have their own deviations: otherwise run-to-run scatter biases the
-    effect, and convergence through kinks is slow.
+    From each start of the effect, of which the fit with the least error counts: which one leads
+    there does not follow from its tangent. During the fit the runs have their own deviations:
+    otherwise run-to-run scatter biases the effect, and convergence through kinks is slow.
     """
-    model, noise = base.copy(), first.noise
-    model.noise_arcsec, model.form_error = noise_rms(noise, base), first.base.form_error
-    model.terms.append(first_term(model, noise, effect, ratio))
-    model.fit(noise=float(np.median(noise.sigma)), steps=STEPS)
-    return without_deviations(settle(model, noise).base, base)
+    plain, noise = base.copy(), first.noise
+    plain.noise_arcsec, plain.form_error = noise_rms(noise, base), first.base.form_error
+
+    def fitted(term: Term) -> BaselineModel:
+        model = plain.copy()
+        model.terms.append(term)
+        model.fit(noise=float(np.median(noise.sigma)), steps=STEPS)
+        return model
+
+    models = in_parallel(fitted, first_terms(plain, noise, effect, ratio))
+    return without_deviations(settle(min(models, key=plain_rms), noise).base, base)
 
 
 def measure_noise(base: BaselineModel, effects: Mapping[str, Effect], ratio: float) -> Settled:
@@ -189,11 +196,11 @@ def measure_noise(base: BaselineModel, effects: Mapping[str, Effect], ratio: flo
     return settle(with_form_error(base, noise, candidates, largest), noise)
 
 
-def first_term(base: BaselineModel, noise: Noise, effect: Effect, ratio: float) -> Term:
-    """Start an effect at the values that the linearised evidence suggests."""
+def first_terms(base: BaselineModel, noise: Noise, effect: Effect, ratio: float) -> list[Term]:
+    """An effect with the values that the linearised evidence suggests, for each of its starts."""
     candidate = tangent(effect, base, base.at(), ratio)
     if candidate.columns.shape[1] == 0:
-        return Term(effect, start_values(effect, given_values(base, ratio)), effect.free())
+        return [Term(effect, start_values(effect, given_values(base, ratio)), effect.free())]
     alone = make_round(Settled(base, contest_at(base, noise), noise), [candidate], {})
     result = alone.contest.test(effect.name)
     if result is None:
@@ -203,7 +210,7 @@ def first_term(base: BaselineModel, noise: Noise, effect: Effect, ratio: float) 
             "an effect that the baseline model absorbs completely",
             "an effect that these recordings identify",
         )
-    return term_of(alone, result)
+    return [term_of_start(alone, candidate, *start) for start in starts_of(alone, result)]
 
 
 def table_of(base: BaselineModel, settled: Settled) -> EstimatedValues:
