@@ -36,7 +36,7 @@ BASE_STEPS = 20
 than the prediction of a hypothesis. Chosen by the time of a diagnosis, as `REFIT_STEPS`."""
 
 
-def starts_of(current: ContestRound, result: Result) -> list[tuple[int, Result]]:
+def tested_starts(current: ContestRound, result: Result) -> list[tuple[int, Result]]:
     """Starts of an effect, each with its own test.
 
     If none can be tested alone, the first, with its part of the joint result.
@@ -60,7 +60,7 @@ def best_start(current: ContestRound, result: Result) -> tuple[int, Result]:
     """Find the single start of an effect that explains most."""
     effect = current.candidates[result.name].effect
     assert effect is not None
-    starts = starts_of(current, result)
+    starts = tested_starts(current, result)
     own = leading(current, effect, [own for _, own in starts])
     return next(start for start in starts if start[1] is own)
 

@@ -21,7 +21,7 @@ from lostmotion.discover.contest_round import make_candidates, make_round
 from lostmotion.discover.form_variance import largest_model, with_form_error
 from lostmotion.discover.linearise import Settled, contest_at, noise_rms, plain_rms, settle
 from lostmotion.discover.noise_floor import noise_floor
-from lostmotion.discover.refits import starts_of, term_of_start, without_deviations
+from lostmotion.discover.refits import term_of_start, tested_starts, without_deviations
 from lostmotion.effects.effect import Effect
 from lostmotion.errors import InputError
 from lostmotion.evidence.noise import Noise
@@ -210,7 +210,7 @@ def first_terms(base: BaselineModel, noise: Noise, effect: Effect, ratio: float)
             "an effect that the baseline model absorbs completely",
             "an effect that these recordings identify",
         )
-    return [term_of_start(alone, candidate, *start) for start in starts_of(alone, result)]
+    return [term_of_start(alone, candidate, *start) for start in tested_starts(alone, result)]
 
 
 def table_of(base: BaselineModel, settled: Settled) -> EstimatedValues:
