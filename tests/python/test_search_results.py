@@ -79,6 +79,7 @@ def test_the_best_drive_reads_back_to_the_last_bit(
 @pytest.mark.parametrize("name", ["reference_a", "external_ring"])
 def test_a_written_drive_is_read_like_any_toml(name: str) -> None:
     document = read_toml(DATA / "drives" / f"{name}.toml", "a drive file")
+    document["drive"]["name"] = 'the "new" one = 2 \\ \u00b5'
     document["design"]["tolerance"] = [
         {"kind": "link", "zone": "teeth", "lower_mm": -1.5e-05, "upper_mm": 0.01},
         {"kind": "link", "zone": "generator", "lower_mm": -1, "upper_mm": 0.0},

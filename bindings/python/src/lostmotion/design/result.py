@@ -12,6 +12,7 @@ from typing import Any
 from lostmotion.design.drive_tolerances import kept_tolerances
 from lostmotion.design.engine import c_string, engine, figure_value, figures, limit_names
 from lostmotion.design.spec import Spec
+from lostmotion.drives import tomllib
 from lostmotion.results import data_frame
 from lostmotion.results.figures import points
 from lostmotion.results.html_table import html_table
@@ -183,16 +184,16 @@ def read_written(text: str) -> dict[str, Any]:
 
 
 @lru_cache(4096)
-def _written_entry(line: str) -> tuple[str, str | bool | int | float] | None:
+def _written_entry(line: str) -> tuple[str, Any] | None:
     """Key and value of a line; most lines are those of the design before."""
     key, equals, text = line.partition(" = ")
     if not equals:
         return None
-    if text.startswith('"'):
-        return key, text[1:-1]
-    if text in ("true", "false"):
-        return key, text == "true"
-    return key, int(text) if text.lstrip("-").isdecimal() else float(text)
+    try:
+        return key, int(text) if text.lstrip("-").isdecimal() else float(text)
+    except ValueError:
+        ((key, value),) = tomllib.loads(line).items()
+        return key, value
 
 
 class Designs:
