@@ -118,11 +118,13 @@ def main(argv: Sequence[str] | None = None) -> int:
 @contextlib.contextmanager
 def loaded(name: str) -> Iterator[ModuleType]:
     """Import a module. What it loads is not garbage: none is looked for there."""
+    collects = gc.isenabled()
     gc.disable()
     try:
         module = importlib.import_module(name)
     finally:
-        gc.enable()
+        if collects:
+            gc.enable()
     gc.freeze()
     try:
         yield module
