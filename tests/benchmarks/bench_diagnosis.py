@@ -198,6 +198,7 @@ def main() -> int:
         help="only folders of these names, or the first campaigns of them",
     )
     parser.add_argument("--baselines", action="store_true", help="let other tools try")
+    parser.add_argument("--note", default="", help="sentence about these results, for the page")
     parser.add_argument("--write", action="store_true", help="write the page of the docs")
     arguments = parser.parse_args()
     files = in_turn(arguments.folder, dict(arguments.suite))
@@ -210,7 +211,7 @@ def main() -> int:
     rows = load(arguments.results)
     if not rows:
         parser.error("neither campaigns nor results")
-    text = page(rows)
+    text = page(rows, arguments.note)
     print("\n" + text, flush=True)
     if arguments.write:
         PAGE.write_text(text)

@@ -33,7 +33,10 @@ run. It hides one of these:
 - nothing;
 - a cause that is not in the library.
 
-Development and evaluation use different seeds. Each seed below was evaluated once.
+Friction that grows with the load is hidden as limits of friction that do. It counts as named if
+the answer names `load_dependent_friction` or states a form of the hysteresis that contains it.
+
+Development and evaluation use different seeds.
 
 """
 
@@ -47,8 +50,8 @@ errors and intervals, the shares of `compare`, steps, outliers, columns that ris
 sensors, and whole diagnoses under coloured, long-tailed and non-uniform noise."""
 
 
-def page(rows: list[Record]) -> str:
-    """The whole page as Markdown."""
+def page(rows: list[Record], note: str = "") -> str:
+    """The whole page as Markdown, with a note on the results."""
     diagnosed = [done for done in rows if done["what"] == "diagnosis"]
     there = {(done["suite"], done["name"]) for done in diagnosed}
     # The first diagnoses of the campaigns with a next run count too.
@@ -59,7 +62,7 @@ def page(rows: list[Record]) -> str:
     ]
     for done in diagnosed:
         done["judged"] = judge(done["truth"], done["answer"])
-    parts = [INTRO + "\n".join(seeds_line(diagnosed))]
+    parts = [INTRO + "\n".join([*seeds_line(diagnosed), *([note] if note else [])])]
     if diagnosed:
         parts += [
             "## Requirements and results\n\n" + "\n".join(headline(diagnosed)),
