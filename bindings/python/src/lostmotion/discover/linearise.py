@@ -41,13 +41,8 @@ STEP_RIDGE = 1e-9
 """Relative ridge of a step's normal matrix, and least room of a parameter that is at its bound."""
 
 SHARES = (1.0, 0.5, 0.25, 0.0)
-"""Fractions of the step of the parameters, tried in order as long as the misfit falls further,
-because kinks can make the whole step overshoot. A step of no fraction moves the deviations alone.
-"""
-
-HALF_STEP = 0.75
-"""Share of the fall of a quadratic misfit that half of the step to its minimum reaches. A step that
-reaches as much of what was promised is not halved."""
+"""Fractions of the step of the parameters, tried in order until the misfit falls, because kinks can
+make the whole step overshoot. A step of no fraction moves the deviations alone."""
 
 OWN_SHARES = (1.0, 0.4, 0.0)
 """Fractions of the step of the deviations; each run takes the one with its least misfit.
@@ -77,19 +72,6 @@ class Settled:
     def alike(self) -> BaselineModel:
         """The model fitted to all runs together, without deviations."""
         return fit_alike(self.base)
-
-
-@dataclass
-class Moved:
-    """A model after a step."""
-
-    base: BaselineModel
-    residual: FloatArray
-    point: Point
-    by_run: FloatArray
-    """Misfit of every run."""
-    fall: float
-    """Decrease of the misfit of all runs."""
 
 
 def columns_of(
@@ -146,14 +128,15 @@ def settle(base: BaselineModel, noise: Noise, rounds: int = ROUNDS) -> Settled:
     step, own = bounded_step(current, best)
     for _ in range(rounds):
         found = move(misfit, current, residual, best, step, own)
-        if found is None or rms_of(found.residual) >= rules.WORSE * least_rms:
+        if found is None or rms_of(found[1]) >= rules.WORSE * least_rms:
             break
-        contest = contest_at(found.base, noise, best, found.point)
-        value = objective_at(misfit, found.base, found.residual, contest)
+        moved, rest, point = found
+        contest = contest_at(moved, noise, best, point)
+        value = objective_at(misfit, moved, rest, contest)
         if value >= objective:
             break
         fall = objective - value
-        current, residual, best, objective = found.base, found.residual, contest, value
+        current, residual, best, objective = moved, rest, contest, value
         step, own = bounded_step(current, best)
         least_rms = min(least_rms, rms_of(residual))
         if fall < SETTLED:
@@ -191,12 +174,11 @@ def move(
     contest: Contest,
     step: FloatArray,
     own: FloatArray,
-) -> Moved | None:
+) -> tuple[BaselineModel, FloatArray, Point] | None:
     """Move a model by the part of a Gauss-Newton step that lowers its misfit, if any.
 
-    It is halved as long as that lowers the misfit further: beside deviations that explain much, a
-    step of the parameters far beyond their optimum may lower it as well. A kink may be passed in
-    one run only, so each run takes its own part of its deviations' step.
+    A kink may be passed in one run only, so each run takes its own part of its deviations' step.
+    Returns the model with its residual and its point.
 
     Parameters
     ----------
@@ -207,34 +189,28 @@ def move(
     """
     before = misfit.by_run(current, residual, contest)
 
-    def after(share: float, own_shares: FloatArray) -> Moved:
+    def after(
+        share: float, own_shares: FloatArray
+    ) -> tuple[BaselineModel, FloatArray, Point, FloatArray]:
         moved = current.copy()
         take_step(moved, contest.evidence.scale, step, own, share, own_shares)
         point = moved.at()
         rest = moved.residual(point)
-        by_run = misfit.by_run(moved, rest, contest)
-        return Moved(moved, rest, point, by_run, float((before - by_run).sum()))
+        return moved, rest, point, misfit.by_run(moved, rest, contest)
 
-    def tried(share: float) -> Moved:
+    for share in SHARES:
         own_shares, least = np.zeros(before.size), np.full(before.size, np.inf)
         for trial in OWN_SHARES:
-            found = after(share, np.full(before.size, trial))
-            own_shares[found.by_run < least] = trial
-            least = np.minimum(least, found.by_run)
+            moved, rest, point, by_run = after(share, np.full(before.size, trial))
+            own_shares[by_run < least] = trial
+            least = np.minimum(least, by_run)
             if np.all(least <= before):
                 break
-        return found if np.all(own_shares == trial) else after(share, own_shares)
-
-    promised = float((before - linear_misfit(contest, step)).sum())
-    best: Moved | None = None
-    for share in SHARES:
-        found = tried(share)
-        if best is not None and best.fall > 0.0 and found.fall <= best.fall:
-            break
-        best = found
-        if best.fall >= HALF_STEP * promised:
-            break
-    return best if best is not None and best.fall > 0.0 else None
+        if np.any(own_shares != trial):
+            moved, rest, point, by_run = after(share, own_shares)
+        if float(by_run.sum()) < before.sum():
+            return moved, rest, point
+    return None
 
 
 class Misfit:
