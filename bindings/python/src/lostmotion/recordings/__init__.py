@@ -57,3 +57,8 @@ def __getattr__(name: str) -> Any:
     found = getattr(import_module(f"{__name__}.{FROM[name]}"), name)
     globals()[name] = found
     return found
+
+
+def __dir__() -> list[str]:
+    """Names, loaded or not."""
+    return sorted({*globals(), *FROM})
