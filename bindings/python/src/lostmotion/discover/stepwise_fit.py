@@ -173,7 +173,8 @@ def with_effect(base: BaselineModel, first: Settled, effect: Effect, ratio: floa
 
     From each start of the effect, of which the fit with the least error counts: which one leads
     there does not follow from its tangent. During the fit the runs have their own deviations:
-    otherwise run-to-run scatter biases the effect, and convergence through kinks is slow.
+    otherwise run-to-run scatter biases the effect, and convergence through kinks is slow. If these
+    led to a larger error, the fit without them counts.
     """
     plain, noise = base.copy(), first.noise
     plain.noise_arcsec, plain.form_error = noise_rms(noise, base), first.base.form_error
@@ -185,7 +186,9 @@ def with_effect(base: BaselineModel, first: Settled, effect: Effect, ratio: floa
         return model
 
     models = in_parallel(fitted, first_terms(plain, noise, effect, ratio))
-    return without_deviations(settle(min(models, key=plain_rms), noise).base, base)
+    found = min(models, key=plain_rms)
+    apart = without_deviations(settle(found, noise).base, base)
+    return min(apart, found, key=plain_rms)
 
 
 def measure_noise(base: BaselineModel, effects: Mapping[str, Effect], ratio: float) -> Settled:
