@@ -33,7 +33,7 @@ from lostmotion.evidence.merging import merge_bodies
 from lostmotion.evidence.sign_flips import runs_least
 from lostmotion.files import write_whole
 from lostmotion.fit.forms import friction_form
-from lostmotion.friction import FORMS, Friction
+from lostmotion.friction import FORMS, WORDS, Friction
 from lostmotion.model import make_torsion_curve
 from lostmotion.options import effects_of, ratio_of
 from lostmotion.recordings import (
@@ -58,7 +58,6 @@ from lostmotion.report.wording import (
     TOO_SMALL,
     confounded_with,
     event_text,
-    friction_text,
 )
 from lostmotion.terminal import Progress, deliver, show_findings
 from lostmotion.threads import one_thread
@@ -328,7 +327,7 @@ def show_fit(model: FittedModel, file: str) -> None:
 def show_friction(form: Friction) -> None:
     """Print the form of the hysteresis, if it is not the first to be tried."""
     if form != FORMS[0]:
-        print(friction_text(form))
+        print(f"baseline model with friction {WORDS[form]}")
 
 
 def show_conditions(rung: Mapping[str, Any], indent: str) -> None:

@@ -14,6 +14,7 @@ from lostmotion.drives import Drive
 from lostmotion.evidence.sign_flips import runs_least
 from lostmotion.fit.drive_file import SAMPLES_LEAST
 from lostmotion.fit.forms import friction_form
+from lostmotion.friction import WORDS
 from lostmotion.recordings import say_findings
 from lostmotion.report.charts import Chart, plots_of
 from lostmotion.report.evidence import alike_figure, dots_figure, gains_of, shape_figure
@@ -30,7 +31,6 @@ from lostmotion.report.wording import (
     TOO_SMALL,
     chance,
     confounded_with,
-    friction_text,
     grouped,
     named_numbers,
     parameter,
@@ -101,7 +101,7 @@ def diagnosis_section(drive: Drive, found: Diagnosis, files: Sequence[str | Path
                 floor,
                 answer["noise"]["within_runs_arcsec"],
             ),
-            ("baseline model", friction_text(friction_form(before))),
+            ("friction", WORDS[friction_form(before)]),
             ("samples", f"{grouped(str(answer['samples']))} in {count_runs(answer['runs'])}"),
         ],
         [],
@@ -270,7 +270,7 @@ def fit_section(drive: Drive, model: FittedModel, files: Sequence[str | Path]) -
         "arcsec.",
         [
             *_errors(model.ladder, "with effects, rms", floor, model.within_runs_arcsec),
-            ("baseline model", friction_text(friction_form(after))),
+            ("friction", WORDS[friction_form(after)]),
             ("samples", f"{grouped(str(c.rows))} in {count_runs(c.runs)}"),
         ],
         [ladder_figure(model.ladder, floor, drive.name)],

@@ -9,7 +9,6 @@ from functools import cache
 from typing import Any
 
 from lostmotion.effects.library import library
-from lostmotion.friction import PARTS, WORDS, Friction
 from lostmotion.report.svg import signs
 from lostmotion.units import ANGULAR_SPEED, ARCMIN, ARCSEC, plain_number, split_unit
 
@@ -110,14 +109,6 @@ def unit_text(symbol: str) -> str:
     if not bottom:
         return top
     return f"{top}/({bottom})" if "·" in bottom else f"{top}/{bottom}"
-
-
-def friction_text(form: Friction) -> str:
-    """Sentence part for the form of the hysteresis of a baseline model."""
-    contained = "load" in PARTS[form]
-    return f"friction {WORDS[form]}" + (
-        " (load_dependent_friction is in this baseline model)" if contained else ""
-    )
 
 
 def with_signs(sentence: str) -> str:
