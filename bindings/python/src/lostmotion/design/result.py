@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -12,12 +13,16 @@ from typing import Any
 from lostmotion.design.drive_tolerances import kept_tolerances
 from lostmotion.design.engine import c_string, engine, figure_value, figures, limit_names
 from lostmotion.design.spec import Spec
-from lostmotion.drives import tomllib
 from lostmotion.results import data_frame
 from lostmotion.results.figures import points
 from lostmotion.results.html_table import html_table
 from lostmotion.structs import unused_keys
 from lostmotion.units import split_unit
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
 
 MARGIN_UNITS = {
     "gap_min_arcmin": "arcmin",

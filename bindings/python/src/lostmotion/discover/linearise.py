@@ -114,8 +114,8 @@ def noise_rms(noise: Noise, base: BaselineModel) -> float:
 def settle(base: BaselineModel, noise: Noise, rounds: int = ROUNDS) -> Settled:
     """Optimise baseline model and deviations for data with scatter and coloured noise.
 
-    Penalised Gauss-Newton steps (FOCE, `move`); the model is linearised again at the new point, with
-    new variances, as long as the restricted likelihood increases.
+    Penalised Gauss-Newton steps (FOCE, `move`); the model is linearised again at the new point,
+    with new variances, as long as the restricted likelihood increases.
     """
     current = base.copy()
     current.noise_arcsec = noise_rms(noise, base)
