@@ -303,6 +303,31 @@ def test_a_chart_has_a_size_and_names_in_its_legend_and_sends_nothing(name):
             assert all(trace["name"] for trace in shown)
 
 
+def unpacked(entry: dict[str, object]) -> object:
+    """Write packed numbers of a figure as lists, and leave out what is empty."""
+    if "bdata" not in entry:
+        return {key: value for key, value in entry.items() if value != {}}
+    values = np.frombuffer(base64.b64decode(str(entry["bdata"])), str(entry["dtype"]))
+    return values.reshape(
+        [int(n) for n in str(entry.get("shape", values.size)).split(",")]
+    ).tolist()
+
+
+@pytest.mark.parametrize("name", LABELS)
+def test_a_figure_of_a_page_is_that_of_plotly(name):
+    for chart in charts(name):
+        drawn = chart.figures()
+        for figure, checked in zip(drawn, chart.make(), strict=True):
+            if len(drawn) == 1:  # the caption has the title
+                checked.update_layout(title=None)
+            del figure["config"]
+            sorted_texts = [
+                json.dumps(json.loads(text, object_hook=unpacked), sort_keys=True)
+                for text in (json.dumps(figure), checked.to_json())
+            ]
+            assert sorted_texts[0] == sorted_texts[1]
+
+
 def test_runs_under_one_torque_are_drawn_over_the_angle_in_which_they_turn() -> None:
     drive, data = turning()
     model = fit_model(drive, data, ["kinematic_error"])

@@ -41,6 +41,7 @@ from lostmotion.report.teeth import View, draw_view
 from lostmotion.report.wording import unit_text, words, written
 from lostmotion.results import figures as charts
 from lostmotion.results.colours import BLUE, FAINT, ORANGE, RED
+from lostmotion.results.page_figure import drawing_page
 from lostmotion.structs import tolerance_links
 from lostmotion.units import ARCMIN, split_unit
 
@@ -195,7 +196,8 @@ def explorer(result: SearchResult, context: Context) -> str:
     if context.starts:
         start = [context.starts[1].figures[name] for name in result.objectives]
     data = {"objectives": names, "designs": designs, "start": start}
-    drawn = page_figure(_trade_off(result, start))
+    with drawing_page():
+        drawn = page_figure(_trade_off(result, start))
     body = script_json(data)
     folder = files("lostmotion.design")
     style = (folder / "explorer.css").read_text(encoding="utf-8")
@@ -228,7 +230,7 @@ def _trade_off(result: SearchResult, start: Sequence[float] | None) -> Any:
     units = [_unit(unit) for unit in result.units]
     figure = draw_front([one["objectives"] for one in result.front], result.objectives, units)
     figure.update_traces(
-        marker_color=[BLUE if one["verified"] else FAINT for one in result.front],
+        marker={"color": [BLUE if one["verified"] else FAINT for one in result.front]},
         selected={"marker": {"color": ORANGE, "size": 13}},
         unselected={"marker": {"opacity": 1}},
         selector={"mode": "markers"},

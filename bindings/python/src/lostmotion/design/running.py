@@ -301,14 +301,8 @@ class _Run:
 
 
 def load_report() -> None:
-    """Load what the report needs, while the threads of the search run.
-
-    Plotly loads its classes when the first figure uses them.
-    """
+    """Load what the report needs, while the threads of the search run."""
     import lostmotion.design.report  # noqa: F401
-    from lostmotion.results.figures import framed
-
-    framed("", "", "").to_json()
 
 
 def _register() -> None:

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lostmotion.report.figure_data import Columns
+from lostmotion.results.page_figure import PageFigure, drawing_page
 from lostmotion.threads import begin
 
 if TYPE_CHECKING:
@@ -55,7 +56,8 @@ class Chart:
 
     def figures(self) -> list[dict[str, Any]]:
         """Return the figures as Plotly's JSON, with the settings of a page."""
-        made = list(self.make())
+        with drawing_page():
+            made = list(self.make())
         found = []
         for figure in made:
             if len(made) == 1:  # the caption has the title
@@ -70,7 +72,9 @@ CONFIG = {"responsive": True, "displayModeBar": False, "plotlyServerURL": ""}
 
 def page_figure(figure: Any) -> dict[str, Any]:
     """Return a Plotly figure as JSON, with the settings of a page."""
-    drawn: dict[str, Any] = json.loads(figure.to_json())
+    drawn: dict[str, Any] = (
+        figure.to_plotly_json() if isinstance(figure, PageFigure) else json.loads(figure.to_json())
+    )
     return drawn | {"config": CONFIG}
 
 

@@ -158,11 +158,13 @@ def draw_gaps(data: Gaps) -> Any:
     ys = ("side clearance, arcmin", "contact radius, mm")
     figure = figures.stacked("", angle_name, ys, (0.72, 0.28), 560)
     low, high = min(-0.1 * _upper(data), 1.4 * data.smallest()[0]), _upper(data)
-    figure.add_hrect(y0=low, y1=0, fillcolor="#fbe4df", line_width=0, layer="below", row=1, col=1)
     figure.add_annotation(
         x=-88, y=low, text="interference", font={"color": RED}, showarrow=False,
         xanchor="left", yanchor="bottom", row=1, col=1,
     )  # fmt: skip
+    figure.add_hrect(
+        y0=low, y1=0, fillcolor="#fbe4df", line={"width": 0}, layer="below", row=1, col=1
+    )
     for lobe, edge in itertools.product(LOBES, (-data.limit_deg, data.limit_deg)):
         figure.add_vline(x=lobe + edge, line={"dash": "dot", "color": SOFT}, row=1, col=1)
     for name, flanks, ink in (
@@ -190,7 +192,7 @@ def draw_gaps(data: Gaps) -> Any:
     )
     figure.add_hline(
         y=data.rigid_tip_mm, line={"dash": "dash", "color": SOFT}, row=2, col=1,
-        annotation_text="tip of the rigid gear", annotation_position="top right",
+        annotation_text="tip of the rigid gear",
     )  # fmt: skip
     figure.update_yaxes(range=[low, high], row=1, col=1)
     figure.update_xaxes(range=[-90, 270], dtick=45)

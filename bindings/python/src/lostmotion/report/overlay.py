@@ -150,7 +150,6 @@ def draw_overlay(data: Overlay) -> list[Any]:
     for i, (places, name) in enumerate(data.across):
         ys = ("arcmin", "residual, arcsec")
         figure = stacked(f"run {data.short[i]}", name, ys, (0.68, 0.32), RUN_PX)
-        noise_band(figure, data.floor, 2)
         rows = [(1, MEASURED, "measured", data.measured[i])]
         rows += [(1, *ink, model) for ink, model in zip(inks, data.model[i], strict=True)]
         rows += [(2, *ink, left) for ink, left in zip(inks, data.residual[i], strict=True)]
@@ -167,6 +166,7 @@ def draw_overlay(data: Overlay) -> list[Any]:
                     legendgroup=of,
                     showlegend=row == 1 and k == 0,
                 )
+        noise_band(figure, data.floor, 2)
         figure.update_yaxes(range=[-most, most], row=2, col=1)
         found.append(figure)
     return found

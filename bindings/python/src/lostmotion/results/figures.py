@@ -31,6 +31,7 @@ from lostmotion.results.colours import (
     SOFT,
     TEAL,
 )
+from lostmotion.results.page_figure import ON_PAGE, PageFigure
 
 POINTS_MAX = 4000
 """Samples of a run that are drawn; more slow down a page without benefit."""
@@ -97,8 +98,8 @@ def single(values: npt.ArrayLike) -> npt.NDArray[np.float32]:
 
 def framed(title: str, x: str, y: str, height: float = HEIGHT_PX) -> Any:
     """Make an empty figure with its title and axes."""
-    layout = {**_layout(title, height), "xaxis_title": x, "yaxis_title": y}
-    return plotly().Figure(layout=layout)
+    layout = {**_layout(title, height), "xaxis": {"title": x}, "yaxis": {"title": y}}
+    return PageFigure(layout) if ON_PAGE.get() else plotly().Figure(layout=layout)
 
 
 def _layout(title: str, height: float) -> dict[str, Any]:
@@ -126,19 +127,23 @@ def stacked(
     shares : sequence of float
         Heights of the charts.
     """
-    from plotly.subplots import make_subplots
+    layout, gap = _layout(title, height), 0.22 / len(ys)
+    if ON_PAGE.get():
+        figure: Any = PageFigure(layout, shares, gap)
+    else:
+        from plotly.subplots import make_subplots
 
-    figure = make_subplots(
-        len(ys),
-        1,
-        shared_xaxes=True,
-        row_heights=list(shares),
-        vertical_spacing=0.22 / len(ys),
-        figure=plotly().Figure(layout=_layout(title, height)),
-    )
+        figure = make_subplots(
+            len(ys),
+            1,
+            shared_xaxes=True,
+            row_heights=list(shares),
+            vertical_spacing=gap,
+            figure=plotly().Figure(layout=layout),
+        )
     for row, y in enumerate(ys, 1):
-        figure.update_yaxes(title_text=y, row=row, col=1)
-    figure.update_xaxes(title_text=x, row=len(ys), col=1)
+        figure.update_yaxes(title={"text": y}, row=row, col=1)
+    figure.update_xaxes(title={"text": x}, row=len(ys), col=1)
     return figure
 
 
@@ -224,7 +229,7 @@ def area(
 def noise_band(figure: Any, floor: float, row: int | None = None) -> None:
     """Draw the band of the noise floor about zero."""
     place = {} if row is None else {"row": row, "col": 1}
-    figure.add_hrect(y0=-floor, y1=floor, fillcolor=BAND, line_width=0, layer="below", **place)
+    figure.add_hrect(y0=-floor, y1=floor, fillcolor=BAND, line={"width": 0}, layer="below", **place)
 
 
 def loops(
@@ -431,7 +436,7 @@ def ladder(
     floor = f"rms, arcsec (grey: noise floor {noise_floor_arcsec:.3g})"
     figure = framed("Error ladder", floor, "", 90 + 46 * len(names))
     figure.update_layout(showlegend=False)
-    figure.add_vrect(x0=0, x1=noise_floor_arcsec, fillcolor=BAND, line_width=0, layer="below")
+    figure.add_vrect(x0=0, x1=noise_floor_arcsec, fillcolor=BAND, line={"width": 0}, layer="below")
     figure.add_bar(
         x=list(fitted),
         y=rows,
@@ -457,7 +462,9 @@ def ladder(
     said = written or [f"{a:.3g} / {b:.3g}" for a, b in zip(fitted, heldout, strict=True)]
     names_above(figure, names)
     texts(figure, np.array(ends) + 0.03 * most, rows, [f"<b>{one}</b>" for one in said])
-    figure.update_layout(margin={"l": 12, "r": 12}, font_size=11 if narrow else None)
+    figure.update_layout(margin={"l": 12, "r": 12})
+    if narrow:
+        figure.update_layout(font={"size": 11})
     figure.update_xaxes(range=[0, (1.9 if narrow else 1.36) * most])
     return figure
 
