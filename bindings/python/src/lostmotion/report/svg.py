@@ -11,6 +11,7 @@ from html import escape
 from itertools import takewhile
 
 import numpy as np
+import numpy.typing as npt
 
 from lostmotion.arrays import FloatArray
 from lostmotion.results.colours import INK, PAPER
@@ -78,26 +79,23 @@ def simplify(points: FloatArray, slack: float = SIMPLIFY_PX) -> FloatArray:
     if count < 3 or slack == 0:
         return points
     places = points[:, 0] + 1j * points[:, 1]
-    keep = np.zeros(count, dtype=bool)
-    keep[[0, -1]] = True
-    pending = [(0, count - 1)]
-    while pending:
-        first, last = pending.pop()
-        if last - first < 2:
-            continue
-        inner = places[first + 1 : last] - places[first]
-        chord = complex(places[last] - places[first])
-        length = abs(chord)
-        if length > POINT_LENGTH:
-            along = (inner * (chord.conjugate() / length**2)).real
-            inner -= np.minimum(np.maximum(along, 0.0), 1.0) * chord
-        distance = np.abs(inner)
-        worst = int(distance.argmax())
-        if distance[worst] > slack:
-            middle = first + 1 + worst
-            keep[middle] = True
-            pending += [(first, middle), (middle, last)]
-    return points[keep]
+    kept: npt.NDArray[np.intp] = np.array([0, count - 1])
+    while True:  # all parts of the line at once
+        first, last = kept[:-1], kept[1:]
+        part = np.repeat(np.arange(first.size), last - first)
+        chord = places[last] - places[first]
+        length = np.hypot(chord.real, chord.imag)
+        length[length <= POINT_LENGTH] = np.inf
+        inverse = chord.real / length**2 - 1j * (chord.imag / length**2)
+        inner = places[:-1] - places[first][part]
+        along = (inner * inverse[part]).real
+        distance = np.abs(inner - np.clip(along, 0.0, 1.0) * chord[part])
+        worst = np.maximum.reduceat(distance, first)
+        at_worst = np.flatnonzero((distance == worst[part]) & (worst > slack)[part])
+        if not at_worst.size:
+            return points[kept]
+        one_each = np.diff(part[at_worst], prepend=-1) > 0
+        kept = np.sort(np.concatenate((kept, at_worst[one_each])))
 
 
 def path_data(points: FloatArray, *, closed: bool = False) -> str:
