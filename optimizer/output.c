@@ -84,34 +84,6 @@ void lm_write_drive(FILE *file, const lm_drive *drive, const char *name) {
   }
 }
 
-char *lm_format_drive(const lm_drive *drive, const char *name) {
-  char *text = NULL;
-  FILE *file = lm_open_scratch();
-  long length;
-  if (file == NULL) {
-    return NULL;
-  }
-  lm_write_drive(file, drive, name);
-  length = ferror(file) ? -1 : ftell(file);
-  if (length >= 0) {
-    text = (char *)malloc((size_t)length + 1);
-  }
-  if (text != NULL) {
-    rewind(file); /* and to the file the part that is not written yet */
-    text[fread(text, 1, (size_t)length, file)] = '\0';
-    if (strlen(text) != (size_t)length) {
-      free(text);
-      text = NULL;
-    }
-  }
-  fclose(file);
-  return text;
-}
-
-void lm_free_text(char *text) {
-  free(text);
-}
-
 /* --- front ------------------------------------------------------------------------------------ */
 
 /* A chosen value as in a drive file. */

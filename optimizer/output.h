@@ -15,10 +15,6 @@ extern "C" {
  * every radial law as a deflection at 1 N and an exponent. */
 void lm_write_drive(FILE *file, const lm_drive *drive, const char *name);
 
-/* The same as text, for lm_free_text; null: out of memory. */
-char *lm_format_drive(const lm_drive *drive, const char *name);
-void lm_free_text(char *text);
-
 /* Margin of a limit in an evaluated result: modules for dimensions, arcmin for the gap, a share of
  * the limit for the others; 1 if the limit is not stated. */
 double lm_margin_of(const lm_problem *problem, const lm_layout *layout, const double result[],

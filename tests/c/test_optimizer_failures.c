@@ -683,24 +683,6 @@ TEST(test_limits_that_cannot_be_explained_are_distinguished) {
   lm_close_run(run);
 }
 
-TEST(test_a_drive_that_has_no_memory_to_be_written_to_is_null) {
-  lm_drive drive;
-  int at = 0;
-  int none = 0;
-  memset(&drive, 0, sizeof drive);
-  do {
-    char *text;
-    left = at++;
-    failed = 0;
-    text = lm_format_drive(&drive, "a");
-    none += text == NULL;
-    lm_free_text(text);
-  } while (failed);
-  /* every call except closing the file, after which the text is complete */
-  TEST_ASSERT_GREATER_THAN_INT(2, none);
-  TEST_ASSERT_EQUAL_INT(at - 2, none);
-}
-
 /* If the number of cores is unknown it is one; a larger number than the limit is reduced to it. */
 TEST(test_a_pool_has_as_many_workers_as_the_machine_cores) {
   static const long said[] = {-1, LM_WORKERS_MAX + 1};

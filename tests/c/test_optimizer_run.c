@@ -598,26 +598,6 @@ TEST(test_nothing_is_refused) {
   lm_close_run(NULL);
 }
 
-TEST(test_a_drive_as_text_is_a_drive_file) {
-  volatile int stop = 0;
-  lm_solution best;
-  lm_drive drive;
-  char *text;
-  TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, open_here(small_spec, 0));
-  TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, lm_work_run(run, 1, NULL, NULL, &stop, note));
-  TEST_ASSERT_EQUAL_INT(1, lm_read_best(lm_run_search(run), &best));
-  TEST_ASSERT_EQUAL_INT(
-      LM_OK, lm_point_drive(lm_run_problem(run), best.combination, best.unit, &drive, NULL));
-  text = lm_format_drive(&drive, "a name");
-  TEST_ASSERT_NOT_NULL(text);
-  TEST_ASSERT_NOT_NULL(strstr(text, "[drive]\nname = \"a name\"\n"));
-  drive.teeth.deformation = LM_EXTERNAL;
-  lm_free_text(text);
-  text = lm_format_drive(&drive, "");
-  TEST_ASSERT_NOT_NULL(strstr(text, "deformation = \"external\""));
-  lm_free_text(text);
-}
-
 /* --- the program --- */
 
 /* Runs the program with these arguments; its output goes to files of the folder. */

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+from lostmotion.design.drive_document import drive_document
 from lostmotion.design.drive_tolerances import kept_tolerances
 from lostmotion.design.engine import c_string, engine, figure_value, figures, limit_names
 from lostmotion.design.spec import Spec
@@ -18,11 +17,6 @@ from lostmotion.results.figures import points
 from lostmotion.results.html_table import html_table
 from lostmotion.structs import unused_keys
 from lostmotion.units import split_unit
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
 
 MARGIN_UNITS = {
     "gap_min_arcmin": "arcmin",
@@ -164,43 +158,6 @@ def rounded_up(by: float) -> str:
     return f"{math.ceil(by / unit - 1e-9) * unit:.4g}"
 
 
-def read_written(text: str) -> dict[str, Any]:
-    """Read a drive file as the optimizer writes it: one key a line, and no table within a table.
-
-    A front has a thousand of them; any other TOML takes ten times as long to read.
-    """
-    document: dict[str, Any] = {}
-    table = document
-    for line in text.splitlines():
-        entry = _written_entry(line)
-        if entry is not None:
-            table[entry[0]] = entry[1]
-        elif line:
-            *outer, name = line.strip("[]").split(".")
-            parent = document
-            for part in outer:
-                parent = parent.setdefault(part, {})
-            table = {}
-            if line.startswith("[["):
-                parent.setdefault(name, []).append(table)
-            else:
-                table = parent.setdefault(name, table)
-    return document
-
-
-@lru_cache(4096)
-def _written_entry(line: str) -> tuple[str, Any] | None:
-    """Key and value of a line; most lines are those of the design before."""
-    key, equals, text = line.partition(" = ")
-    if not equals:
-        return None
-    try:
-        return key, int(text) if text.lstrip("-").isdecimal() else float(text)
-    except ValueError:
-        ((key, value),) = tomllib.loads(line).items()
-        return key, value
-
-
 class Designs:
     """Converts designs of one search from the optimizer's structs to drive files and numbers."""
 
@@ -254,13 +211,7 @@ class Designs:
         drive = self.ffi.new("lm_drive *")
         if self.lib.lm_point_drive(self.problem, combination, unit, drive, self.ffi.NULL) != 0:
             return None
-        text = self.lib.lm_format_drive(drive, b"")
-        if text == self.ffi.NULL:
-            raise MemoryError
-        try:
-            document = read_written(c_string(text))
-        finally:
-            self.lib.lm_free_text(text)
+        document = drive_document(drive)
         document["drive"]["name"] = name or self.spec.name
         hidden = unused_keys(document["design"])
         table = document["design"]["generator"]
