@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from html import escape
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -69,6 +69,13 @@ SHORTENED = 1e-9
 """Contributions to lost motion below this are not shown, arcmin."""
 
 
+class Picture(NamedTuple):
+    """The teeth of a design as SVG, and its drive file; empty if it has none on the page."""
+
+    svg: str = ""
+    toml: str = ""
+
+
 @dataclass(frozen=True)
 class Context:
     """Further inputs of a report.
@@ -80,6 +87,8 @@ class Context:
         design; empty if the model refuses it.
     torque_Nm : float
         Of the reversal.
+    pictures : mapping
+        Of designs of the front, by the names of their drives.
     """
 
     spec: Spec
@@ -89,6 +98,7 @@ class Context:
     budget: int
     torque_Nm: float
     starts: tuple[Start, ...]
+    pictures: Mapping[str, Picture]
 
 
 def write_search_report(result: SearchResult, context: Context) -> None:
@@ -159,17 +169,26 @@ def _front_section(result: SearchResult, context: Context) -> Section:
     )
 
 
+def draw_drives(drives: Sequence[dict[str, Any] | None]) -> dict[str, Picture]:
+    """Draw designs spread over a front; `drives` are all its drive files."""
+    found = [drive for drive in drives if drive is not None]
+    step = max(1, -(-len(found) // PICTURES_MAX))
+    pictures = {}
+    for drive in found[::step]:
+        name, model = drive["drive"]["name"], _model(drive)
+        pictures[name] = Picture(_close_up(model, name) if model else "", format_toml(drive))
+    return pictures
+
+
 def explorer(result: SearchResult, context: Context) -> str:
     """Return the part of the page that shows the front and the selected design."""
-    step = max(1, -(-len(result.front) // PICTURES_MAX))
     designs = []
     values = []
     fields: dict[str, Values] = {}
     figure_labels = {name: f"{name.replace('_', ' ')}, {_unit(unit)}" for name, unit in figures()}
     labels = {name: f"{limit_name(name)}, {margin_unit(name)}" for name in limit_names()}
-    for i, one in enumerate(result.front):
-        pictured = i % step == 0
-        model = _model(one["drive"]) if pictured else None
+    for one in result.front:
+        picture = context.pictures.get(one["drive"]["drive"]["name"], Picture())
         values.append(_values(one["drive"], fields))
         designs.append(
             {
@@ -182,10 +201,8 @@ def explorer(result: SearchResult, context: Context) -> str:
                     for name, margin in one["margins"].items()
                     if margin != 1.0
                 ],
-                "svg": _close_up(model, one["drive"]["drive"]["name"])
-                if pictured and model
-                else "",
-                "toml": format_toml(one["drive"]) if pictured else "",
+                "svg": picture.svg,
+                "toml": picture.toml,
             }
         )
     names = [

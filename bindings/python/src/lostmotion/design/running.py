@@ -232,16 +232,16 @@ class _Run:
     # --- the end ---
 
     def finish(self, status: int) -> int:
-        def call() -> int:
-            done: int = self.lib.lm_finish_run(self.run, status, self.note)
-            return done
+        """Write the results of the library, while the drives of the front are read and drawn."""
+        from lostmotion.design.report import draw_drives  # see load_report
 
+        finishing = begin(lambda: int(self.lib.lm_finish_run(self.run, status, self.note)))
         begin_packing()
-        reading = begin(lambda: self.designs.drives(self.search))
         try:
-            status = self.in_thread(call, lambda: None)
+            self.drives = self.designs.drives(self.search)
+            self.pictures = draw_drives(self.drives)
         finally:
-            self.drives = reading()
+            status = finishing()
         self.hear(c_string(self.note))
         return status
 
@@ -295,6 +295,7 @@ class _Run:
             int(p.budget),
             float(problem.torque_Nm),
             starts,
+            self.pictures,
         )
         write_search_report(result, context)
         return result
