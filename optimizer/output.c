@@ -146,8 +146,8 @@ void lm_measure_design(const lm_problem *problem, lm_measured *measured, lm_work
   int i;
   lm_default_scan(&scan);
   lm_lay_out(problem, &scan, &layout);
-  measured->computed = lm_evaluate_point(problem, &scan, &layout, design->combination, design->unit,
-                                         result, workspace, NULL) == LM_OK;
+  measured->computed = lm_find_known_result(problem, &scan, &layout, design->combination,
+                                            design->unit, result, workspace) == LM_OK;
   for (i = 0; i < LM_FIGURE_COUNT && measured->computed; i++) {
     measured->figure[i] = lm_figure_of(&layout, result, i);
   }

@@ -511,7 +511,8 @@ double lm_clip(double unit) {
 lm_workspace *lm_create_workspace(void) {
   lm_workspace *workspace = (lm_workspace *)malloc(sizeof *workspace);
   if (workspace != NULL) {
-    workspace->known_gaps = NULL;
+    workspace->known.gaps = NULL;
+    workspace->known.points = NULL;
     workspace->dual = malloc(lm_dual_workspace_size());
     if (workspace->dual == NULL) {
       free(workspace);

@@ -10,7 +10,7 @@
 struct lm_pool {
   int workers;
   lm_workspace *workspace[LM_WORKERS_MAX];
-  lm_known_gaps *known_gaps;
+  lm_known_results known;
   lm_lock *lock;
 };
 
@@ -88,8 +88,7 @@ lm_pool *lm_open_pool(int workers) {
     return NULL;
   }
   pool->lock = lm_create_lock();
-  pool->known_gaps = lm_create_known_gaps();
-  if (pool->lock == NULL || pool->known_gaps == NULL) {
+  if (!lm_open_known_results(&pool->known) || pool->lock == NULL) {
     lm_close_pool(pool);
     return NULL;
   }
@@ -99,7 +98,7 @@ lm_pool *lm_open_pool(int workers) {
       lm_close_pool(pool);
       return NULL;
     }
-    pool->workspace[i]->known_gaps = pool->known_gaps;
+    pool->workspace[i]->known = pool->known;
   }
   return pool;
 }
@@ -110,7 +109,7 @@ void lm_close_pool(lm_pool *pool) {
     for (i = 0; i < pool->workers; i++) {
       lm_free_workspace(pool->workspace[i]);
     }
-    lm_free_known_gaps(pool->known_gaps);
+    lm_close_known_results(&pool->known);
     lm_free_lock(pool->lock);
     free(pool);
   }

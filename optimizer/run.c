@@ -30,7 +30,7 @@ struct lm_run {
   void *context;
   double hooked; /* seconds, when the hook was called */
   volatile int *stop;
-  int workers;        /* 0: as many as there are cores */
+  lm_pool *pool;      /* of the work, whose results the front has; null before it */
   lm_measured *front; /* null until it is measured */
   int front_count;
 };
@@ -252,6 +252,7 @@ void lm_close_run(lm_run *run) {
       fclose(run->history);
     }
     free(run->front);
+    lm_close_pool(run->pool);
     lm_close_journal(run->journal);
     lm_close_search(run->search);
     free(run);
@@ -283,19 +284,19 @@ static int skip(void *context, int id) {
 
 int lm_work_run(lm_run *run, int workers, lm_run_hook hook, void *context, volatile int *stop,
                 char note[LM_NOTE_MAX]) {
-  lm_pool *pool = lm_open_pool(workers);
   const lm_task *tasks;
-  lm_status status = pool == NULL ? LM_TOO_SMALL : LM_OK;
+  lm_status status;
   int count;
   note[0] = '\0';
-  run->workers = workers;
+  lm_close_pool(run->pool);
+  run->pool = lm_open_pool(workers);
+  status = run->pool == NULL ? LM_TOO_SMALL : LM_OK;
   run->hook = hook;
   run->context = context;
   run->stop = stop;
   while (status == LM_OK && (count = lm_next_tasks(run->search, &tasks)) > 0) {
-    status = lm_run_tasks(pool, &run->problem, tasks, count, skip, take_new, run, stop);
+    status = lm_run_tasks(run->pool, &run->problem, tasks, count, skip, take_new, run, stop);
   }
-  lm_close_pool(pool);
   call_hook(run, 1);
   if (run->failed) {
     return say(note, LM_EXIT_FAILED, "%s: the journal cannot be written: %s", run->folder,
@@ -432,22 +433,22 @@ static int measure_front(lm_run *run) {
   const int count = lm_read_front(run->search, NULL, 0);
   lm_solution *front = (lm_solution *)malloc((size_t)(count + 1) * sizeof *front);
   lm_measured *measured = (lm_measured *)malloc((size_t)(count + 1) * sizeof *measured);
-  lm_pool *pool = lm_open_pool(run->workers);
-  const int enough = front != NULL && measured != NULL && pool != NULL;
+  int enough;
   int i;
+  run->pool = run->pool != NULL ? run->pool : lm_open_pool(0);
+  enough = front != NULL && measured != NULL && run->pool != NULL;
   if (enough) {
     (void)lm_read_front(run->search, front, count);
     for (i = 0; i < count; i++) {
       measured[i].design = front[i];
     }
-    lm_measure_designs(pool, &run->problem, measured, count);
+    lm_measure_designs(run->pool, &run->problem, measured, count);
     free(run->front);
     run->front = measured;
     run->front_count = count;
   } else {
     free(measured);
   }
-  lm_close_pool(pool);
   free(front);
   return enough;
 }

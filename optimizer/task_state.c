@@ -125,8 +125,10 @@ int lm_evaluate_task_point(lm_task_state *s, const double unit[], int slopes) {
                                 s->slope, s->workspace, NULL);
   } else {
     s->answer->plain++;
-    status = lm_evaluate_point(s->problem, &s->scan, &s->layout, s->combination, unit, s->result,
-                               s->workspace, NULL);
+    status = s->recalls ? lm_find_known_result(s->problem, &s->scan, &s->layout, s->combination,
+                                               unit, s->result, s->workspace)
+                        : lm_evaluate_point(s->problem, &s->scan, &s->layout, s->combination, unit,
+                                            s->result, s->workspace, NULL);
   }
   if (!accept_result(s, unit, status)) {
     s->answer->refused++;

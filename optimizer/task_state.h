@@ -35,6 +35,7 @@ typedef struct lm_task_state {
   int capped; /* 1: no evaluation beyond it */
   int interrupted;
   int out_of_memory; /* error of NLopt: the task has no answer */
+  int recalls;       /* 1: a point that is known is not evaluated again */
   int closes;        /* 1: SLSQP also examines points that violate their gaps with these closed */
   nlopt_opt running;
   /* variables that the lm_task_state may move, as indices of ranges */

@@ -37,7 +37,7 @@ static int find_certain_gap(lm_task_state *s, const double unit[], double *gap_a
     memset(&drive, 0, sizeof drive);
     memcpy(known->at, unit, size);
     known->computed = lm_point_drive(s->problem, s->combination, unit, &drive, NULL) == LM_OK &&
-                      lm_find_known_gap(s->workspace->known_gaps, &drive, s->workspace->design.face,
+                      lm_find_known_gap(&s->workspace->known, &drive, s->workspace->design.face,
                                         &smallest) == LM_OK;
     known->gap_arcmin = known->computed ? smallest.gap_rad * 10800.0 / LM_PI : 0;
   }
@@ -313,12 +313,19 @@ void lm_round_design(lm_task_state *s, const lm_task *task) {
         unit[k] = lm_clip(unit[k]);
       }
     }
-    evaluated =
-        evaluated && cheap ? lm_evaluate_task_grades(s, unit) : lm_evaluate_task_point(s, unit, 0);
+    if (evaluated && cheap) {
+      evaluated = lm_evaluate_task_grades(s, unit);
+    } else {
+      evaluated = lm_evaluate_task_point(s, unit, 0);
+      if (evaluated) {
+        lm_keep_result(&s->workspace->known, p, s->combination, unit, s->result);
+      }
+    }
   }
 }
 
 void lm_confirm_design(lm_task_state *s, const lm_task *task) {
+  s->recalls = 1;
   (void)lm_evaluate_task_point(s, task->unit, 0);
   if (s->answer->computed && s->answer->violation <= 0) {
     open_fine_gap(s);

@@ -3,7 +3,7 @@
 #define LOSTMOTION_OPTIMIZER_WORKSPACE_H
 
 #include "evaluate.h"
-#include "known_gaps.h"
+#include "known_results.h"
 #include "lostmotion/torsion_curve.h"
 #include "points.h"
 
@@ -12,8 +12,8 @@ struct lm_workspace {
   lm_drive drive;
   double value[LM_KEY_COUNT];
   lm_gapless gapless[LM_PHASE_MAX];
-  void *dual;                /* of derivatives.cpp */
-  lm_known_gaps *known_gaps; /* of the pool to which the thread belongs, or null */
+  void *dual;             /* of derivatives.cpp */
+  lm_known_results known; /* of the pool to which the thread belongs */
   /* of the running task (task_state.h) */
   double task_result[LM_RESULT_MAX];
   double task_slope[LM_RESULT_MAX * LM_FREE_MAX];

@@ -648,6 +648,8 @@ TEST(test_refusals_at_the_end_of_a_run_are_reported) {
   TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, lm_work_run(run, 1, NULL, NULL, &stop, note));
   TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, lm_finish_run(run, LM_EXIT_DONE, note));
   rows = rows_of_front();
+  lm_close_run(run); /* continued, it knows no results and evaluates the front */
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, lm_open_run("spec", spec, folder, 1, &run, note));
   watch(EVALUATE_POINT, 0);
   TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, lm_finish_run(run, LM_EXIT_DONE, note));
   TEST_ASSERT_EQUAL_INT(rows - 1, rows_of_front());

@@ -6,7 +6,7 @@
 
 #include "archive.h"
 #include "certificate.h"
-#include "known_gaps.h"
+#include "known_results.h"
 #include "pool.h"
 #include "run_task.h"
 #include "spec.h"
@@ -660,7 +660,7 @@ TEST(test_what_must_give_is_found_from_any_start) {
                         lm_explain_infeasible(&problem, 0, unit, 100, relax, workspace, NULL));
 }
 
-/* --- known gaps --- */
+/* --- known results --- */
 
 static lm_drive drive_at(double shift, double grade) {
   lm_drive drive;
@@ -674,34 +674,82 @@ static lm_drive drive_at(double shift, double grade) {
 
 /* Meshes are made for an evaluation alone. */
 TEST(test_a_gap_is_evaluated_once_for_designs_that_differ_in_their_tolerances) {
-  lm_known_gaps *known = lm_create_known_gaps();
+  lm_known_results known;
   lm_mesh *meshes = workspace->design.face;
   lm_smallest_gap first;
   lm_smallest_gap found;
   lm_smallest_gap exact;
   lm_drive drive;
-  TEST_ASSERT_NOT_NULL(known);
+  TEST_ASSERT_TRUE(lm_open_known_results(&known));
   read_with("fixed generator.type discs\n", two_objectives, two_grades);
   drive = drive_at(0.5, 0);
-  TEST_ASSERT_EQUAL_INT(LM_OK, lm_find_known_gap(known, &drive, meshes, &first));
+  TEST_ASSERT_EQUAL_INT(LM_OK, lm_find_known_gap(&known, &drive, meshes, &first));
   memset(meshes, 0x55, sizeof *meshes);
   drive = drive_at(0.5, 1);
-  TEST_ASSERT_EQUAL_INT(LM_OK, lm_find_known_gap(known, &drive, meshes, &found));
+  TEST_ASSERT_EQUAL_INT(LM_OK, lm_find_known_gap(&known, &drive, meshes, &found));
   TEST_ASSERT_EACH_EQUAL_HEX8(0x55, meshes, sizeof *meshes);
   TEST_ASSERT_EQUAL_MEMORY(&first, &found, sizeof found);
   drive = drive_at(0.6, 1);
-  TEST_ASSERT_EQUAL_INT(LM_OK, lm_find_known_gap(known, &drive, meshes, &found));
+  TEST_ASSERT_EQUAL_INT(LM_OK, lm_find_known_gap(&known, &drive, meshes, &found));
   TEST_ASSERT_EQUAL_INT(
       LM_OK, lm_find_face_gap(&drive, LM_CERTAIN_NODES, LM_CERTAIN_STEPS, meshes, &exact, NULL));
   TEST_ASSERT_TRUE(found.gap_rad == exact.gap_rad && found.angle_rad == exact.angle_rad);
   TEST_ASSERT_TRUE(found.gap_rad != first.gap_rad);
   memset(meshes, 0x55, sizeof *meshes);
   drive = drive_at(0.5, 0.5);
-  TEST_ASSERT_EQUAL_INT(LM_OK, lm_find_known_gap(NULL, &drive, meshes, &found));
+  TEST_ASSERT_EQUAL_INT(LM_OK, lm_find_known_gap(&workspace->known, &drive, meshes, &found));
   TEST_ASSERT_TRUE(found.gap_rad == first.gap_rad);
   TEST_ASSERT_TRUE(meshes->geometry.module_mm == 0.25); /* evaluated: nothing is known */
-  lm_free_known_gaps(known);
-  lm_free_known_gaps(NULL);
+  lm_close_known_results(&known);
+}
+
+TEST(test_a_known_point_has_the_bytes_of_its_evaluation) {
+  static double first[LM_RESULT_MAX];
+  static double found[LM_RESULT_MAX];
+  const size_t size = (size_t)LM_RESULT_MAX * sizeof found[0];
+  lm_known_results known;
+  lm_layout layout;
+  lm_scan scan;
+  TEST_ASSERT_TRUE(lm_open_known_results(&known));
+  read_with("fixed generator.type discs\n", two_objectives, two_grades);
+  lm_default_scan(&scan);
+  lm_lay_out(&problem, &scan, &layout);
+  make_task(LM_TASK_CONFIRM, 2);
+  workspace->known = known;
+  TEST_ASSERT_EQUAL_INT(
+      LM_OK, lm_find_known_result(&problem, &scan, &layout, 0, task.unit, first, workspace));
+  problem.torque_Nm *= 2; /* an evaluation would have another result */
+  TEST_ASSERT_EQUAL_INT(
+      LM_OK, lm_find_known_result(&problem, &scan, &layout, 0, task.unit, found, workspace));
+  TEST_ASSERT_EQUAL_MEMORY(first, found, size);
+  task.unit[0] += 0.125;
+  TEST_ASSERT_EQUAL_INT(
+      LM_OK, lm_find_known_result(&problem, &scan, &layout, 0, task.unit, found, workspace));
+  TEST_ASSERT_TRUE(memcmp(first, found, size) != 0);
+  workspace->known.points = NULL;
+  workspace->known.gaps = NULL;
+  lm_close_known_results(&known);
+}
+
+TEST(test_a_memo_keeps_the_latest_results) {
+  const char *const word[] = {"ab", "cd", "ef"};
+  lm_memo *memo = lm_create_memo(2, sizeof(int), 2);
+  int value;
+  int i;
+  TEST_ASSERT_NOT_NULL(memo);
+  for (i = 0; i < 3; i++) {
+    TEST_ASSERT_EQUAL_INT(0, lm_recall(memo, word[i], &value));
+    lm_memorise(memo, word[i], &i);
+  }
+  TEST_ASSERT_EQUAL_INT(0, lm_recall(memo, word[0], &value));
+  for (i = 1; i < 3; i++) {
+    TEST_ASSERT_EQUAL_INT(1, lm_recall(memo, word[i], &value));
+    TEST_ASSERT_EQUAL_INT(i, value);
+  }
+  lm_memorise(NULL, word[0], &value);
+  TEST_ASSERT_EQUAL_INT(0, lm_recall(NULL, word[0], &value));
+  lm_free_memo(memo);
+  lm_free_memo(NULL);
 }
 
 /* --- the pool --- */
