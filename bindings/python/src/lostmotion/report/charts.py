@@ -13,9 +13,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from html import escape
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from lostmotion.errors import InputError
 from lostmotion.report.figure_data import Columns
 from lostmotion.results.page_figure import PageFigure, drawing_page
 from lostmotion.threads import begin
@@ -197,9 +199,11 @@ def begin_packing() -> Callable[[], str]:
 
 
 def _pack() -> str:
-    from plotly.offline import get_plotlyjs
-
-    return base64.b64encode(gzip.compress(get_plotlyjs().encode(), PACKED, mtime=0)).decode()
+    spec = find_spec("plotly")  # its script is read without loading its modules
+    if spec is None or spec.origin is None:
+        raise InputError("--report", "", "no Plotly", "pip install plotly")
+    script = Path(spec.origin).with_name("package_data") / "plotly.min.js"
+    return base64.b64encode(gzip.compress(script.read_bytes(), PACKED, mtime=0)).decode()
 
 
 @cache
