@@ -100,12 +100,17 @@ def simplify(points: FloatArray, slack: float = SIMPLIFY_PX) -> FloatArray:
 
 def path_data(points: FloatArray, *, closed: bool = False) -> str:
     """Write points as path data, each relative to the previous one."""
+    x, y = (np.rint(points[0] * 100) / 100).tolist()
+    head, tail = f"M{fine(x)} {fine(y)}", path_moves(points)
+    return head + (f"l{tail}" if tail else "h0") + ("z" if closed else "")
+
+
+def path_moves(points: FloatArray) -> str:
+    """Write the moves from point to point in hundredths of a pixel, without those of no length."""
     steps = np.rint(np.asarray(points, dtype=np.float64) * 100).astype(np.int64)
     moves = np.diff(steps, axis=0)
     moves = moves[np.any(moves != 0, axis=1)]
-    head = f"M{fine(steps[0, 0] / 100)} {fine(steps[0, 1] / 100)}"
-    tail = " ".join(f"{x:g} {y:g}" for x, y in (moves / 100).tolist())
-    return head + (f"l{tail}" if tail else "h0") + ("z" if closed else "")
+    return " ".join(f"{x:g} {y:g}" for x, y in (moves / 100).tolist())
 
 
 def rich(text: str) -> str:
@@ -198,6 +203,26 @@ class Drawing:
         edge = "" if stroke == "none" else f' stroke="{stroke}" stroke-width="{fine(width)}"'
         self.add(
             f'<path d="{data}" fill="{fill}"{edge} stroke-linejoin="round"{_opacity(opacity)}/>'
+        )
+
+    def edge(
+        self,
+        points: FloatArray,
+        rest: FloatArray,
+        fill: str,
+        stroke: str,
+        width: float,
+        opacity: float = 1.0,
+    ) -> None:
+        """Draw the edge of an area and fill the area, whose outline continues through `rest`."""
+        data = path_data(points)
+        steps = path_moves(np.concatenate((points[-1:], rest)))
+        self.add(
+            f'<path d="{data} {steps}z" fill="{fill}" stroke-linejoin="round"{_opacity(opacity)}/>'
+        )
+        self.add(
+            f'<path d="{data}" fill="none" stroke="{stroke}" stroke-width="{fine(width)}" '
+            'stroke-linejoin="round"/>'
         )
 
     def rectangle(

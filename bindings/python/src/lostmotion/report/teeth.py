@@ -81,13 +81,10 @@ def draw_view(
     drawing.rectangle(left, top, width, height, PAPER)
     slack_mm = SIMPLIFY_PX / view.scale
     toothed, edge = rigid_shape(mesh, angles, slack_mm)
-    body = view.show(np.concatenate((toothed, edge[::-1])))
-    drawing.area(body, RIGID_FILL, slack=0)
-    drawing.curve(view.show(toothed), RIGID_INK, 1.1, slack=0)
+    drawing.edge(view.show(toothed), view.show(edge[::-1]), RIGID_FILL, RIGID_INK, 1.1)
     toothed, free = flexspline_shape(mesh, angles, slack_mm)
-    shape = view.show(np.concatenate((toothed, free[::-1])))
-    drawing.area(shape, FLEXSPLINE_FILL, opacity=0.85, slack=0)
-    drawing.curve(view.show(toothed), FLEXSPLINE_INK, 1.1, slack=0)
+    body = view.show(free[::-1])
+    drawing.edge(view.show(toothed), body, FLEXSPLINE_FILL, FLEXSPLINE_INK, 1.1, opacity=0.85)
     drawing.curve(view.show(free), FLEXSPLINE_INK, 1.1, slack=0)
     line = np.array(
         [
@@ -130,6 +127,10 @@ def ring_factor(mesh: Mesh) -> float:
     )
 
 
+CORNER_SIDES = np.array([-1.0, -1.0, 1.0, 1.0])
+"""Side of its axis on which each corner of a tooth is, from the first root to the other."""
+
+
 def draw_ring(
     drawing: Drawing,
     mesh: Mesh,
@@ -147,7 +148,7 @@ def draw_ring(
 
     def at(angle: FloatArray, radius: FloatArray) -> FloatArray:
         r = scale * (g.neutral_mm + factor * (radius - g.neutral_mm))
-        return np.column_stack((centre[0] + r * np.sin(angle), centre[1] - r * np.cos(angle)))
+        return np.stack((centre[0] + r * np.sin(angle), centre[1] - r * np.cos(angle)), axis=-1)
 
     circle = np.linspace(0.0, 2.0 * math.pi, 241)
 
@@ -156,13 +157,12 @@ def draw_ring(
 
     # Rigid gear: a toothed ring of trapezoids.
     start = mesh.rigid_axis(mesh.phase_rad)
-    spaces = [start + k * 2.0 * math.pi / g.rigid_teeth for k in range(g.rigid_teeth)]
+    spaces = np.array([start + k * 2.0 * math.pi / g.rigid_teeth for k in range(g.rigid_teeth)])
     loaded = {mesh.number(t.angle_rad) for t in touches if t.loaded}
     ends = np.array(sorted((g.rigid_root_mm, g.rigid_tip_mm)))
     half = np.array([mesh.half_angles("rigid")(float(end)) for end in ends])
-    radius = np.array([ends[0], ends[1], ends[1], ends[0]])
-    shapes = [at(a + np.array([-half[0], -half[1], half[1], half[0]]), radius) for a in spaces]
-    toothed = np.concatenate(shapes)
+    shapes = at(spaces[:, None] + half[[0, 1, 1, 0]] * CORNER_SIDES, ends[[0, 1, 1, 0]])
+    toothed = shapes.reshape(-1, 2)
     if mesh.external:
         drawing.area(toothed, RIGID_FILL, RIGID_INK, 0.5)
     else:
@@ -172,27 +172,22 @@ def draw_ring(
     # Flexspline: every tooth at the place that the library gives it.
     ends = np.array(sorted((g.flexspline_root_mm, g.flexspline_tip_mm)))
     half = np.array([mesh.half_angles("flexspline")(float(end)) for end in ends])
-    corners, spots = [], []
-    polar, foot = np.zeros(g.flexspline_teeth), np.zeros(g.flexspline_teeth)
-    for k in range(g.flexspline_teeth):
-        polar[k], foot[k], _ = mesh.place(mesh.tooth(k))
-        shift = foot[k] - g.neutral_mm
-        one = at(
-            polar[k] + np.array([-half[0], -half[1], half[1], half[0]]),
-            np.array([ends[0], ends[1], ends[1], ends[0]]) + shift,
-        )
-        corners.append(one)
-        if _in_lobe(k, g.flexspline_teeth) in loaded:
-            spots.append(one)
+    places = [mesh.place(mesh.tooth(k)) for k in range(g.flexspline_teeth)]
+    polar, foot, _ = np.array(places).T
+    corners = at(
+        polar[:, None] + half[[0, 1, 1, 0]] * CORNER_SIDES,
+        ends[[0, 1, 1, 0]] + (foot[:, None] - g.neutral_mm),
+    )
     free = at(polar, foot + mesh.free_edge_mm)
-    body = np.concatenate(corners)
+    body = corners.reshape(-1, 2)
     ring = np.concatenate((body, body[:1], free[:1], free[::-1], free[-1:]))
     drawing.area(ring, FLEXSPLINE_FILL, opacity=0.9)
     drawing.area(body, "none", FLEXSPLINE_INK, 0.5)
-    if mesh.external:
-        spots = [s for k, s in enumerate(shapes) if _in_lobe(k, g.rigid_teeth) in loaded]
-    for spot in spots:
-        drawing.area(spot, RIGID_LOADED if mesh.external else FLEXSPLINE_LOADED)
+    fill = RIGID_LOADED if mesh.external else FLEXSPLINE_LOADED
+    drawn = shapes if mesh.external else corners
+    for k, tooth in enumerate(drawn):
+        if _in_lobe(k, len(drawn)) in loaded:
+            drawing.area(tooth, fill)
     drawing.area(free, "none", FLEXSPLINE_INK, 0.9)
     drawing.curve(arc(g.neutral_mm), SOFT, 1.0, "4 3")
     drawing.curve(np.concatenate((at(polar, foot), at(polar[:1], foot[:1]))), FLEXSPLINE_INK, 1.6)
