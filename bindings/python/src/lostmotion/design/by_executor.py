@@ -10,11 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from lostmotion.design.engine import engine
+from lostmotion.design.progress import TICK_SECONDS
 from lostmotion.design.tasks import build_mark, do_task
 from lostmotion.errors import LostMotionError
-
-TICK_SECONDS = 0.2
-"""Time between two calls of `progress`, and largest delay of a response to `stop`."""
 
 RETRIES = 20
 """Largest number of workers that a task of a cluster may lose."""

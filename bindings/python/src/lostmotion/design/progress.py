@@ -13,6 +13,9 @@ from lostmotion.on_progress import OnProgress
 OnSnapshot = Callable[[dict[str, Any]], None]
 """Type of the callback that receives the state of a search."""
 
+TICK_SECONDS = 0.2
+"""Time between two calls of `progress`, and largest delay of a response to `stop`."""
+
 STEPS = 1000
 """Number of steps of a search for `progress`."""
 

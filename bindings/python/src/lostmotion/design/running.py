@@ -10,10 +10,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from lostmotion.design.by_executor import TICK_SECONDS, ExecutorWork
 from lostmotion.design.engine import FATES, c_string, engine
 from lostmotion.design.left_open import left_open
-from lostmotion.design.progress import OnSnapshot, ProgressReports, reporter
+from lostmotion.design.progress import TICK_SECONDS, OnSnapshot, ProgressReports, reporter
 from lostmotion.design.result import Designs, SearchResult
 from lostmotion.design.spec import Spec, read_spec
 from lostmotion.design.start import Start, starts_of
@@ -21,7 +20,6 @@ from lostmotion.drives import format_toml
 from lostmotion.errors import InputError, LostMotionError
 from lostmotion.files import write_whole
 from lostmotion.on_progress import OnProgress
-from lostmotion.report.charts import begin_packing
 from lostmotion.threads import begin
 
 DONE, FAILED, BAD_INPUT, STOPPED = 0, 1, 2, 130
@@ -221,6 +219,7 @@ class _Run:
 
     def work_by(self, executor: Any, stop: threading.Event | None) -> int:
         """Submit all tasks to an executor."""
+        from lostmotion.design.by_executor import ExecutorWork  # only an executor needs it
 
         def show() -> None:
             self.progress.snapshot()
@@ -234,6 +233,7 @@ class _Run:
     def finish(self, status: int) -> int:
         """Write the results of the library, while the drives of the front are read and drawn."""
         from lostmotion.design.report import draw_drives  # see load_report
+        from lostmotion.report.charts import begin_packing
 
         finishing = begin(lambda: int(self.lib.lm_finish_run(self.run, status, self.note)))
         begin_packing()
