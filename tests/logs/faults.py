@@ -360,12 +360,7 @@ def line_faults() -> list[Fault]:
     add("the file given twice", whole, again, twice=True, expected=EITHER, reason=doubled)
     add(
         "a run of three samples more",
-        [
-            *whole,
-            "99,0.0,1.0,0.2,0.002,22,0",
-            "99,0.4,2.0,0.2,0.0021,22,0",
-            "99,0.8,3.0,0.2,0.0022,22,0",
-        ],
+        [*whole, *(f"99,{row.split(',', 1)[1]}" for row in whole[line : line + 3])],
     )
     add("a run of one sample of zeros at the end", [*whole, "0,0,0,0,0,0,0"], "run|zero|row|0")
 

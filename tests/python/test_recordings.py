@@ -451,6 +451,22 @@ def test_a_clock_that_goes_back_elsewhere_requires_a_column_of_runs(write: Write
     assert "mark it in a column run" in str(finding)
 
 
+def test_rows_that_were_swapped_are_sorted_by_time(write: Write) -> None:
+    times = [0.1 * i for i in range(40)]
+    times[20], times[21] = times[21], times[20]
+    text = f"{HEAD}\n" + "".join(f"{t:.1f},{t:.1f},{i}\n" for i, t in enumerate(times))
+    campaign = read_campaign(write(text, "a.csv"))
+    (finding,) = campaign.findings
+    assert (finding.kind, finding.count) == ("backward_time", 1)
+    assert "sorted by time" in str(finding)
+    assert np.all(np.diff(campaign.runs[0].columns["time"]) > 0)
+    # A clock that is set back by half a step does not show that rows were swapped.
+    times = [0.1 * i - (0.15 if i > 20 else 0.0) for i in range(40)]
+    text = f"{HEAD}\n" + "".join(f"{t:.2f},{t:.2f},{i}\n" for i, t in enumerate(times))
+    (finding,) = read_campaign(write(text, "b.csv")).findings
+    assert "kept in file order" in str(finding)
+
+
 def test_time_stamps_that_repeat_or_go_back_are_counted_and_kept(write: Write) -> None:
     times = [0, 1, 1, 2, 1.5, 3, 4, 50]
     text = f"{HEAD}\n" + "".join(f"{t},{i},{i}\n" for i, t in enumerate(times))

@@ -192,17 +192,25 @@ def sound_run(
 def steps_of_disorder(time_s: FloatArray, scrambled: bool) -> int:
     """Count the backward steps of a run whose rows are in another order than their times.
 
-    As a database returns rows without an order, or a table sorted by another column. The file shows
-    it, or the times themselves: in file order they are at least half as far from order as at
-    random, or sorted they are those of a regular clock.
+    As a database returns rows without an order, or a table sorted by another column, or two rows
+    that were written in the wrong order. The file shows it, or the times themselves: each row that
+    moves is then one step of the clock from its neighbours; or of many rows out of order, nearly
+    all have the same step; or they are at least half as far from order as at random.
     """
     time_s = time_s[np.isfinite(time_s)]
     step = np.diff(time_s)
     count, (least, share) = int(np.count_nonzero(step < 0)), SCRAMBLED
-    if count < max(least, share * step.size) or np.all(step < 0):
+    if count == 0 or np.all(step < 0):
         return 0
     order = np.argsort(time_s, kind="stable")
+    moved = order != np.arange(order.size)
     forward = np.diff(time_s[order])
+    beside = forward[moved[1:] | moved[:-1]]
+    step_s = float(np.median(step[step > 0]))
+    if np.all(np.abs(beside - step_s) <= REGULAR[1] * step_s):
+        return count
+    if count < max(least, share * step.size):
+        return 0
     usual = float(np.median(forward))
     irregular = np.count_nonzero(np.abs(forward - usual) > REGULAR[1] * usual)
     away = float(np.mean(np.abs(order - np.arange(order.size)))) / order.size
