@@ -16,7 +16,7 @@ import numpy as np
 from lostmotion.arrays import FloatArray
 from lostmotion.candidates import shapes
 from lostmotion.candidates.named import tangent
-from lostmotion.candidates.tangents import given_values
+from lostmotion.candidates.tangents import given_values, grid
 from lostmotion.discover.contest_round import make_candidates, make_round
 from lostmotion.discover.form_variance import largest_model, with_form_error
 from lostmotion.discover.linearise import Settled, contest_at, noise_rms, plain_rms, settle
@@ -32,6 +32,10 @@ from lostmotion.threads import begin, in_parallel
 
 STEPS = 12
 """Evaluations of a fit before the runs have their own deviations."""
+
+SCAN_BEYOND, SCAN_STEP = 10.0, 10.0**0.1
+"""Inner values at which the error is computed: from a decade below the first start of the value to
+a decade above the last, and their ratio."""
 
 CORRELATED = 0.99
 """Correlation of two estimates above which the recordings do not separate the values."""
@@ -174,7 +178,7 @@ def with_effect(base: BaselineModel, first: Settled, effect: Effect, ratio: floa
     From each start of the effect, of which the fit with the least error counts: which one leads
     there does not follow from its tangent. During the fit the runs have their own deviations:
     otherwise run-to-run scatter biases the effect, and convergence through kinks is slow. If these
-    led to a larger error, the fit without them counts.
+    led to a larger error, the fit without them counts. A fit from `scanned` values may be better.
     """
     plain, noise = base.copy(), first.noise
     plain.noise_arcsec, plain.form_error = noise_rms(noise, base), first.base.form_error
@@ -188,7 +192,34 @@ def with_effect(base: BaselineModel, first: Settled, effect: Effect, ratio: floa
     models = in_parallel(fitted, first_terms(plain, noise, effect, ratio))
     found = min(models, key=plain_rms)
     apart = without_deviations(settle(found, noise).base, base)
-    return min(apart, found, key=plain_rms)
+    best = min(apart, found, key=plain_rms)
+    again = scanned(best)
+    again.fit(steps=STEPS)
+    return min(best, again, key=plain_rms)
+
+
+def scanned(model: BaselineModel) -> BaselineModel:
+    """A model with the best of many inner values of its last effect, all others kept.
+
+    Where no sample lies at a kink of an effect, the error does not depend on an inner value, and
+    least squares do not leave such a range.
+    """
+    moved = model.copy()
+    term = moved.terms[-1]
+    for place in term.effect.indices("shape"):
+        value = term.effect.values[place]
+        if value.low <= 0.0 or place not in term.free:
+            continue
+        starts = grid(term.effect, place, model)
+        low, high = min(starts) / SCAN_BEYOND, max(starts) * SCAN_BEYOND
+        trials = np.geomspace(low, high, 1 + round(np.log(high / low) / np.log(SCAN_STEP)))
+        least, present = plain_rms(moved), term.values[place]
+        for trial in np.clip(trials, value.low, value.high):
+            term.values[place] = trial
+            if (error := plain_rms(moved)) < least:
+                least, present = error, trial
+        term.values[place] = present
+    return moved
 
 
 def measure_noise(base: BaselineModel, effects: Mapping[str, Effect], ratio: float) -> Settled:
