@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import datetime
+import subprocess
+import sys
 from collections.abc import Callable
 from decimal import Decimal
 from pathlib import Path
@@ -169,3 +171,11 @@ def test_channels_in_rows_of_their_own_are_joined_on_request(read: Callable[...,
     assert joined.rows == 29
     (run,) = joined.runs
     assert run.columns["torque"] == pytest.approx(10.0 * np.sin(run.time_s), abs=0.06)
+
+
+@pytest.mark.parametrize("home", ["lostmotion", "lostmotion.recordings"])
+def test_a_process_that_imports_nothing_else_reads_a_table(home: str) -> None:
+    table = "{'time_s': [0, 1, 2], 'torque_Nm': [0, 5, 9], 'lost_motion_rad': [0, 1e-4, 2e-4]}"
+    program = f"from {home} import Campaign; print(Campaign.from_table({table}).rows)"
+    ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert (ran.stdout, ran.returncode) == ("3\n", 0), ran.stderr

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 FROM = {
     "QUANTITIES": "quantities",
-    "Campaign": "campaign",
+    "Campaign": "reading",
     "Finding": "findings",
     "Protocol": "protocol",
     "Run": "campaign",
@@ -34,7 +34,7 @@ FROM = {
     "recording_files": "reading",
     "say_findings": "findings",
 }
-"""Module of each name."""
+"""Module of each name; `reading` gives `Campaign.from_table` its reader."""
 
 __all__ = [
     "QUANTITIES",
