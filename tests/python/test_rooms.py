@@ -43,6 +43,7 @@ GROUND = (
     "core",
     "errors",
     "files",
+    "first_use",
     "friction",
     "keys",
     "rms",

@@ -19,6 +19,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from lostmotion.errors import InputError, LibraryError, LostMotionError
+from lostmotion.first_use import load_name
 
 if TYPE_CHECKING:
     from lostmotion.characterize import characterize
@@ -117,15 +118,10 @@ def __dir__() -> list[str]:
 
 def __getattr__(name: str) -> Any:
     """Load modules, names and the version on first use."""
-    home = FROM.get(name)
-    if home:
-        found = getattr(import_module(f"lostmotion.{home}"), name)
-        globals()[name] = found
-        return found
     if name in MODULES:
         return import_module(f"lostmotion.{name}")
     if name != "__version__":
-        raise AttributeError(f"module 'lostmotion' has no attribute '{name}'")
+        return load_name(__name__, name, FROM)
     from importlib.metadata import PackageNotFoundError, version
 
     try:

@@ -10,8 +10,9 @@ set aside (`wild`), and the runs form a campaign (`reading`, `campaign`, `findin
 are loaded on first use: a drive file names the protocol of its recordings and has none.
 """
 
-from importlib import import_module
 from typing import TYPE_CHECKING, Any
+
+from lostmotion.first_use import load_name
 
 if TYPE_CHECKING:
     from lostmotion.recordings.campaign import Campaign, Run
@@ -52,11 +53,7 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     """Load a name on first use."""
-    if name not in FROM:
-        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
-    found = getattr(import_module(f"{__name__}.{FROM[name]}"), name)
-    globals()[name] = found
-    return found
+    return load_name(__name__, name, FROM)
 
 
 def __dir__() -> list[str]:

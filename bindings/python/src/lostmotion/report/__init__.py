@@ -7,11 +7,11 @@ contains Plotly. Data are CSV links in the page. The sections are loaded on firs
 from __future__ import annotations
 
 from collections.abc import Sequence
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lostmotion.files import write_whole
+from lostmotion.first_use import load_name
 from lostmotion.report.page import Section, render
 
 if TYPE_CHECKING:
@@ -42,11 +42,7 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     """Load a section on first use."""
-    if name not in FROM:
-        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
-    found = getattr(import_module(f"{__name__}.{FROM[name]}"), name)
-    globals()[name] = found
-    return found
+    return load_name(__name__, name, FROM)
 
 
 def write_report(
