@@ -3,8 +3,13 @@
 from __future__ import annotations
 
 import ast
+import subprocess
+import sys
 from graphlib import TopologicalSorter
 from pathlib import Path
+from types import ModuleType
+
+import pytest
 
 import lostmotion
 
@@ -157,3 +162,12 @@ def test_tests_import_public_names_alone() -> None:
 def room_of(module: str) -> str:
     """Package of a module, or the module itself if it is in none."""
     return module.split(".")[1] if "." in module else module
+
+
+@pytest.mark.parametrize("package", [lostmotion, lostmotion.recordings, lostmotion.report])
+def test_each_name_loads_in_a_process_that_has_loaded_nothing(package: ModuleType) -> None:
+    for name in package.__all__:
+        if name[0].islower():
+            program = f"import {package.__name__} as package; assert callable(package.{name})"
+            ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+            assert ran.returncode == 0, ran.stderr

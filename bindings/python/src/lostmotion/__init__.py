@@ -118,7 +118,7 @@ def __dir__() -> list[str]:
 
 def __getattr__(name: str) -> Any:
     """Load modules, names and the version on first use."""
-    if name in MODULES and name not in FROM:
+    if name in MODULES:
         return import_module(f"lostmotion.{name}")
     if name != "__version__":
         return load_name(__name__, name, FROM)
