@@ -13,6 +13,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from rig.laboratory import Laboratory
 
 from lostmotion.candidates.named import named_candidates
+from lostmotion.discover import diagnose
 from lostmotion.discover.baseline_form import choose_form, half_cycles, tried
 from lostmotion.drives import read_drive
 from lostmotion.effects.conditions import Conditions
@@ -110,3 +111,13 @@ def test_a_half_cycle_ends_where_the_torque_changes_its_sign() -> None:
     assert half_cycles(torque).tolist() == [5, 9]
     assert half_cycles(np.array([1.0, -1.0])).tolist() == [1]
     assert half_cycles(np.zeros(3)).tolist() == []
+
+
+def test_of_an_equal_form_and_effect_the_form_with_fewer_values_counts(tmp_path: Path) -> None:
+    """On this arm friction that grows with the load explains friction in series as well."""
+    Laboratory(45, "outside", "arm").write(tmp_path, "", 0.0)
+    drive = read_drive(tmp_path / "drive.toml")
+    campaign = read_campaign(sorted(tmp_path.glob("*.csv.gz")), ratio=drive.ratio)
+    answer = diagnose(drive, campaign).answer()
+    assert (answer["verdict"], answer["effects"]) == ("complete", [])
+    assert answer["friction"] == "outside"

@@ -13,8 +13,9 @@ fewer than `sign_flips.runs_least` pieces no form is tried;
 - it explains at least `rules.FORM_EXPLAINS` of what the odd functions of the torque's history can
 (`FormBasis.preisach`), beside all effects that no form can imitate. A form that explains less may
 imitate a missing effect and is left to the contest;
-- no hysteresis effect of the library does as well in addition to constant width, up to
-`rules.SIZE_LEAST` of the noise; few runs do not identify such an effect.
+- no hysteresis effect of the library is as good in addition to constant width: up to
+`rules.SIZE_LEAST` of the noise the one with fewer values is preferred; few runs do not identify
+such an effect.
 
 Of these forms, the one with the fewest values is selected that no other beats by
 `rules.SIZE_LEAST` of the noise. Effects that may be missing hide which form is better: the form is
@@ -145,6 +146,16 @@ def clearly_better(one: Tried, other: Tried, noise_arcsec: float) -> bool:
     return better(one, other) and fall >= (rules.SIZE_LEAST * noise_arcsec) ** 2
 
 
+def preferred(form: Tried, effect: Tried, noise_arcsec: float) -> bool:
+    """Whether a form is preferred to an effect that explains the same.
+
+    If they are equally good, the one with fewer values is.
+    """
+    if form.base.vector()[0].size <= effect.base.vector()[0].size:
+        return not clearly_better(effect, form, noise_arcsec)
+    return clearly_better(form, effect, noise_arcsec)
+
+
 def choose_form(
     base: BaselineModel,
     effects: Mapping[str, Effect],
@@ -219,7 +230,7 @@ def choose_form(
     elif large and not by_half_cycles:
         single = hysteresis_effect(base, effects, ratio, rows)
         if single is not None and better(single, plain):
-            large = [name for name in large if clearly_better(found[name], single, noise)]
+            large = [name for name in large if preferred(found[name], single, noise)]
     if not large:
         return ChosenForm(base, given, found)
     best = min(large, key=lambda name: found[name].mean_square)
@@ -303,8 +314,8 @@ def better_than_forms(with_effect: Settled, ratio: float) -> bool:
     """Whether no form predicts left-out runs better than the last effect of a model does.
 
     The forms are those of the hysteresis of the same model without the effect. As in `choose_form`,
-    a form must be better by at least the least size, and a hysteresis effect is fitted from all its
-    starts: otherwise an effect might lose here to a form that loses there to it.
+    one must be `preferred`, and a hysteresis effect is fitted from all its starts: otherwise an
+    effect might lose here to a form that loses there to it.
     """
     longer = with_effect.alike.copy()
     longer.fit()  # as long as the forms
@@ -320,6 +331,6 @@ def better_than_forms(with_effect: Settled, ratio: float) -> bool:
     for form in FORMS:
         if form != given and leads_to(given, form):
             fits[form] = in_form(fits[given], form, known=fits)
-            if clearly_better(tried(fits[form]), own, noise):
+            if preferred(tried(fits[form]), own, noise):
                 return False
     return True
