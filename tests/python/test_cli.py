@@ -330,6 +330,7 @@ LIGHT = {
     "lostmotion.commands.parser",
     "lostmotion.errors",
     "lostmotion.files",
+    "lostmotion.first_use",
     "lostmotion.friction",
 }
 """Modules of the package that help, version and error messages may import."""

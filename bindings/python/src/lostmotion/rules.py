@@ -134,8 +134,8 @@ Chosen: on campaigns of tests/rig.
 OUTLIER = 7.0
 """A single sample that deviates from its neighbours by this many standard deviations is an outlier.
 
-Chosen: white noise reaches it in less than one of 1e12 samples. With 4.9 or 10 the friction of the
-preload series in tests/data grows with the load, and its left-out runs are predicted 1 % better.
+Chosen: Gaussian noise reaches it in one of 4e11 samples. With 10, the form of the preload series in
+tests/data changes, and its left-out runs are predicted 3 % worse.
 """
 
 OUTLIERS_ALONE = 5
