@@ -206,3 +206,8 @@ def test_a_clock_that_goes_back_leaves_the_rows_in_file_order(clock: str) -> Non
         if clock == "wraps":
             time_s %= 4.0
         assert steps_of_disorder(time_s, scrambled=False) == 0
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_clock_without_a_step_forward_has_no_order_to_restore() -> None:
+    assert steps_of_disorder(np.repeat(STAMPS_S[::-1], 2), scrambled=False) == 0

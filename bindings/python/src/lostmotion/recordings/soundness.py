@@ -200,7 +200,7 @@ def steps_of_disorder(time_s: FloatArray, scrambled: bool) -> int:
     time_s = time_s[np.isfinite(time_s)]
     step = np.diff(time_s)
     count, (least, share) = int(np.count_nonzero(step < 0)), SCRAMBLED
-    if count == 0 or np.all(step < 0):
+    if count == 0 or not np.any(step > 0):
         return 0
     order = np.argsort(time_s, kind="stable")
     moved = order != np.arange(order.size)
