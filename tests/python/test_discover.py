@@ -345,6 +345,21 @@ def test_what_is_measured_at_a_jump_of_the_load_is_no_outlier():
     assert base.outlier[first + at[5]]
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_samples_in_which_a_missing_effect_is_steepest_are_no_outliers(seed):
+    """A gap of hot runs is seen in one or two samples of each passage through zero."""
+    data = campaign(seed=seed, add=lambda columns, wound: 2.0 * gap(columns, wound))
+    for run in data.runs:
+        # Where a run begins at zero load, its first sample has no neighbour on the other side.
+        run.columns = {name: values[1::5] for name, values in run.columns.items()}
+    base = BaselineModel(Conditions(data), RATED_NM)
+    base.fit()
+    assert clean_outliers(base) == 0
+    base.measured[150] += 100.0
+    assert clean_outliers(base) == 1
+    assert base.outlier[150]
+
+
 def test_wild_samples_that_crowd_in_one_run_are_left_as_they_are():
     data = campaign(seed=3)
     data.runs[4].columns["lost_motion"][20:480:20] += 40.0 * ARCSEC

@@ -5,39 +5,32 @@ from __future__ import annotations
 import numpy as np
 
 from lostmotion import rules
-from lostmotion.arrays import BoolArray, FloatArray
+from lostmotion.arrays import FloatArray
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.rms import robust_rms
-
-JUMP = 6.0
-"""Change of the torque from sample to sample, relative to the median of the run, that counts as a
-jump."""
-
-JUMP_REACH = 2
-"""Samples on either side of a jump that belong to it."""
 
 
 def clean_outliers(base: BaselineModel) -> int:
     """Replace single outlying samples by their neighbours; returns their number.
 
-    They are counted and reported. Rows are kept, because the noise within a run is coloured.
+    An outlier is off the samples before it and off those after it, to the same side, both as
+    measured and relative to the model: where the measured angle passes from one level to another,
+    the model alone makes a peak. Where the modelled angle is further off its neighbours, as at a
+    reversal or a jump of the load, an error of the model explains that: such samples are kept.
+
+    Outliers are counted and reported. Rows are kept, because the noise within a run is coloured.
     """
-    residual = base.residual()
+    residual, angle = base.residual(), base.angle()
     found = np.zeros(residual.size, dtype=bool)
     for at in base.conditions.slices():
-        x = residual[at]
-        if x.size < 5:
+        if residual[at].size < 5:
             continue
-        neighbours = np.empty((4, x.size))
-        for row, shift in enumerate((-2, -1, 1, 2)):
-            neighbours[row] = np.roll(x, shift)
-        off = x - np.median(neighbours, axis=0)
-        # At the ends of a run, all neighbours are on one side.
-        for i in (0, 1, -2, -1):
-            five = x[:5] if i >= 0 else x[-5:]
-            off[i] = x[i] - np.median(np.delete(five, i))
-        scale = robust_rms(off) + 1e-12
-        found[at] = (np.abs(off) > rules.OUTLIER * scale) & ~jumping(base.conditions.torque[at])
+        before, after = off_both_sides(residual[at])
+        scale = robust_rms(0.5 * (before + after)) + 1e-12
+        sides = np.array((before, after, *off_both_sides(base.measured[at])))
+        off = np.where(np.ptp(np.sign(sides), axis=0) == 0.0, np.min(np.abs(sides), axis=0), 0.0)
+        modelled = 0.5 * np.abs(sum(off_both_sides(angle[at])))
+        found[at] = off > np.maximum(rules.OUTLIER * scale, modelled)
     # Many adjacent ones are not outliers but a feature of the signal.
     crowd = np.convolve(found, np.ones(7))[3:-3]
     found &= crowd <= 3
@@ -63,15 +56,14 @@ def clean_outliers(base: BaselineModel) -> int:
     return int(np.count_nonzero(found))
 
 
-def jumping(torque_Nm: FloatArray) -> BoolArray:
-    """Samples at which the load changes much faster than usual in the run, or reverses.
+def off_both_sides(values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Difference of every sample from the mean of the two before it, and of the two after it.
 
-    These samples carry most information on lag and creep, and no model without these effects fits
-    them.
+    Where those are not both in the run, from the nearest sample.
     """
-    change = np.abs(np.diff(torque_Nm, prepend=torque_Nm[0]))
-    bend = np.pad(np.abs(np.diff(torque_Nm, n=2)), 1)
-    out = np.zeros(torque_Nm.size, dtype=bool)
-    for size in (change, bend):
-        out |= size > JUMP * (float(np.median(size)) + 1e-12)
-    return np.convolve(out, np.ones(2 * JUMP_REACH + 1), mode="same") > 0
+    before, after = (
+        values - 0.5 * (np.roll(values, sense) + np.roll(values, 2 * sense)) for sense in (1, -1)
+    )
+    before[:2] = values[:2] - values[[1, 0]]
+    after[-2:] = values[-2:] - values[[-1, -2]]
+    return before, after
