@@ -13,10 +13,11 @@ from lostmotion.rms import robust_rms
 def clean_outliers(base: BaselineModel) -> int:
     """Replace single outlying samples by their neighbours; returns their number.
 
-    An outlier is off the samples before it and off those after it, to the same side, both as
-    measured and relative to the model: where the measured angle passes from one level to another,
-    the model alone makes a peak. Where the modelled angle is further off its neighbours, as at a
-    reversal or a jump of the load, an error of the model explains that: such samples are kept.
+    An outlier is off the samples before it and off those after it, to the same side. So is what was
+    measured there off the straight lines through these samples: where the measured angle passes
+    from one level to another, the model alone makes a peak. Where the modelled angle is further off
+    its neighbours, as at a reversal or a jump of the load, an error of the model explains that:
+    such samples are kept.
 
     Outliers are counted and reported. Rows are kept, because the noise within a run is coloured.
     """
@@ -27,7 +28,7 @@ def clean_outliers(base: BaselineModel) -> int:
             continue
         before, after = off_both_sides(residual[at])
         scale = robust_rms(0.5 * (before + after)) + 1e-12
-        sides = np.array((before, after, *off_both_sides(base.measured[at])))
+        sides = np.array((before, after, *off_both_sides(base.measured[at], lines=True)))
         off = np.where(np.ptp(np.sign(sides), axis=0) == 0.0, np.min(np.abs(sides), axis=0), 0.0)
         modelled = 0.5 * np.abs(sum(off_both_sides(angle[at])))
         found[at] = off > np.maximum(rules.OUTLIER * scale, modelled)
@@ -56,13 +57,16 @@ def clean_outliers(base: BaselineModel) -> int:
     return int(np.count_nonzero(found))
 
 
-def off_both_sides(values: FloatArray) -> tuple[FloatArray, FloatArray]:
+def off_both_sides(values: FloatArray, *, lines: bool = False) -> tuple[FloatArray, FloatArray]:
     """Difference of every sample from the mean of the two before it, and of the two after it.
 
-    Where those are not both in the run, from the nearest sample.
+    With `lines` from the straight line through them. Where they are not both in the run, from the
+    nearest sample.
     """
+    near, far = (2.0, -1.0) if lines else (0.5, 0.5)
     before, after = (
-        values - 0.5 * (np.roll(values, sense) + np.roll(values, 2 * sense)) for sense in (1, -1)
+        values - near * np.roll(values, sense) - far * np.roll(values, 2 * sense)
+        for sense in (1, -1)
     )
     before[:2] = values[:2] - values[[1, 0]]
     after[-2:] = values[-2:] - values[[-1, -2]]
