@@ -26,7 +26,7 @@ from lostmotion.discover.answer import plausible
 from lostmotion.discover.conclusion import Conclusion, decide
 from lostmotion.discover.diagnosis import estimated_at_bound
 from lostmotion.discover.fitted_model import fit_model
-from lostmotion.discover.outliers import clean_outliers
+from lostmotion.discover.outliers import clean_outliers, crossing, spiking
 from lostmotion.drives import format_toml, parse_drive, tomllib
 from lostmotion.effects.conditions import Conditions
 from lostmotion.errors import InputError
@@ -345,19 +345,25 @@ def test_what_is_measured_at_a_jump_of_the_load_is_no_outlier():
     assert base.outlier[first + at[5]]
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_samples_in_which_a_missing_effect_is_steepest_are_no_outliers(seed):
-    """A gap of hot runs is seen in one or two samples of each passage through zero."""
-    data = campaign(seed=seed, add=lambda columns, wound: 2.0 * gap(columns, wound))
-    for run in data.runs:
-        # Where a run begins at zero load, its first sample has no neighbour on the other side.
-        run.columns = {name: values[1::5] for name, values in run.columns.items()}
-    base = BaselineModel(Conditions(data), RATED_NM)
-    base.fit()
-    assert clean_outliers(base) == 0
-    base.measured[150] += 100.0
-    assert clean_outliers(base) == 1
-    assert base.outlier[150]
+def test_a_spike_on_a_steep_ramp_is_an_outlier_and_a_step_or_kink_is_none():
+    ramp = 20.0 * np.arange(40.0)
+    for size in (34.0, -34.0):
+        wild = ramp.copy()
+        wild[17] += size
+        assert np.flatnonzero(spiking(wild, 10.0)[2:-2]).tolist() == [15]
+    step, kink = ramp.copy(), ramp.copy()
+    step[17:] += 50.0
+    kink[17:] = ramp[17]
+    assert not spiking(step, 10.0)[2:-2].any()
+    assert not spiking(kink, 10.0)[2:-2].any()
+
+
+def test_the_crossing_of_a_gap_is_told_from_a_jump_of_the_load():
+    torque = np.linspace(-4.0, 4.0, 40)
+    gap = 5.0 * torque + 30.0 * np.sign(torque)
+    assert np.flatnonzero(crossing(gap, torque, 5.0, 1.0)).tolist() == [18, 19, 20, 21]
+    torque[20:] += 20.0
+    assert not crossing(5.0 * torque, torque, 5.0, 1.0).any()
 
 
 def test_wild_samples_that_crowd_in_one_run_are_left_as_they_are():
