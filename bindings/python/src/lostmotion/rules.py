@@ -134,8 +134,8 @@ Chosen: on campaigns of tests/rig.
 OUTLIER = 7.0
 """A single sample that deviates from its neighbours by this many standard deviations is an outlier.
 
-Chosen: Gaussian noise reaches it in one of 4e11 samples. With 10, the form of the preload series in
-tests/data changes, and its left-out runs are predicted 3 % worse.
+Chosen: Gaussian noise reaches it in one of 4e11 samples. With 10, the left-out runs of the preload
+series in tests/data are predicted 0.5 % worse.
 """
 
 OUTLIERS_ALONE = 5
