@@ -7,6 +7,7 @@ import re
 import shutil
 import subprocess
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -91,11 +92,20 @@ def test_a_report_carries_the_numbers_behind_every_picture_and_how_it_was_made(
         assert hashlib.sha256((folder / "data.csv").read_bytes()).hexdigest() in page
 
 
-OPEN_S = 2.0
-"""Largest time in which the report of the demo opens. The limit applies to the CPU time of the
-page's thread, from the start of the navigation until the first chart is drawn: unlike the
-elapsed time it does not grow when other processes use the machine. Measured on aarch64: 1.2 s;
-the text is shown 0.1 to 0.3 s after the start."""
+OPEN_TIMES = 3.0
+"""Largest time in which the report of the demo opens, relative to a page with Plotly and one small
+chart in the same browser. Both are the CPU time of the page's thread, from the start of the
+navigation until the first chart is drawn: unlike the elapsed time it does not grow when other
+processes use the machine, and unlike the time alone it does not depend on the processor. The text
+is shown 0.1 to 0.3 s after the start. Measured: 1.8 times."""
+
+ONE_CHART = """<!DOCTYPE html><title>chart</title><p>chart</p><div class="chart"></div>
+<script src="plotly.min.js"></script>
+<script>
+const chart = document.querySelector(".chart");
+Plotly.newPlot(chart, [{y: [1, 3, 2]}]).then(() => chart.dataset.drawn = true);
+</script>
+"""
 
 IN_VIEW_ONLY = "window.requestIdleCallback = () => 0;"
 """Stops the drawing of charts out of view, which a page does while it is idle."""
@@ -108,8 +118,8 @@ return performance.getEntriesByName('first-contentful-paint').length && first.da
 """Whether the text is shown and the first chart is drawn."""
 
 
-@needs_driver
-def test_the_report_of_the_demo_opens_in_two_seconds(folder: Path, tmp_path: Path) -> None:
+def opening_s(page: Path, profile: Path) -> float:
+    """CPU time of the page's thread until its first chart is drawn, s."""
     from selenium import webdriver
     from selenium.webdriver.support.wait import WebDriverWait
 
@@ -117,19 +127,29 @@ def test_the_report_of_the_demo_opens_in_two_seconds(folder: Path, tmp_path: Pat
     options.binary_location = str(BROWSER)
     for word in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"):
         options.add_argument(word)
-    options.add_argument(f"--user-data-dir={tmp_path / 'profile'}")
+    options.add_argument(f"--user-data-dir={profile}")
     driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(str(DRIVER)))
     try:
         driver.execute_cdp_cmd("Performance.enable", {"timeDomain": "threadTicks"})
         before_load = {"source": IN_VIEW_ONLY}
         driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", before_load)
-        driver.get((folder / "demo.html").as_uri())
+        driver.get(page.as_uri())
         WebDriverWait(driver, 300).until(lambda one: one.execute_script(OPENED))
         metrics = driver.execute_cdp_cmd("Performance.getMetrics", {})["metrics"]
     finally:
         driver.quit()
-    spent = {one["name"]: one["value"] for one in metrics}["TaskDuration"]
-    assert 0.0 < spent < OPEN_S
+    return float({one["name"]: one["value"] for one in metrics}["TaskDuration"])
+
+
+@needs_driver
+def test_the_report_of_the_demo_opens_soon(folder: Path, tmp_path: Path) -> None:
+    script = (Path(find_spec("plotly").origin).parent / "package_data/plotly.min.js").read_bytes()
+    (tmp_path / "plotly.min.js").write_bytes(script)
+    (tmp_path / "chart.html").write_text(ONE_CHART)
+    chart_s = opening_s(tmp_path / "chart.html", tmp_path / "profile of the chart")
+    report_s = opening_s(folder / "demo.html", tmp_path / "profile of the report")
+    print(f"one chart {chart_s:.2f} s, report {report_s:.2f} s")
+    assert 0.0 < report_s < OPEN_TIMES * chart_s
 
 
 CHECKSUM = "CRC-32 of all bits"
