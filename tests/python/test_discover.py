@@ -358,12 +358,20 @@ def test_a_spike_on_a_steep_ramp_is_an_outlier_and_a_step_or_kink_is_none():
     assert not spiking(kink, 10.0)[2:-2].any()
 
 
-def test_the_crossing_of_a_gap_is_told_from_a_jump_of_the_load():
-    torque = np.linspace(-4.0, 4.0, 40)
-    gap = 5.0 * torque + 30.0 * np.sign(torque)
-    assert np.flatnonzero(crossing(gap, torque, 5.0, 1.0)).tolist() == [18, 19, 20, 21]
-    torque[20:] += 20.0
-    assert not crossing(5.0 * torque, torque, 5.0, 1.0).any()
+def test_the_crossing_of_a_gap_is_told_from_a_ramp():
+    ramp = np.linspace(-3.0, 3.0, 40)
+    assert not crossing(5.0 * ramp).any()
+    gap = 5.0 * ramp + 30.0 * np.sign(ramp)
+    assert np.flatnonzero(crossing(gap)).tolist() == [18, 19, 20, 21, 22]
+
+
+@pytest.mark.parametrize(("rows", "count"), [(slice(250, None), 0), (slice(250, 251), 1)])
+def test_samples_at_a_step_of_the_residual_are_no_outliers(rows, count):
+    data = campaign(seed=3)
+    data.runs[4].columns["lost_motion"][rows] += 40.0 * ARCSEC
+    base = BaselineModel(Conditions(data), RATED_NM)
+    base.fit()
+    assert clean_outliers(base) == count
 
 
 def test_wild_samples_that_crowd_in_one_run_are_left_as_they_are():

@@ -10,16 +10,11 @@ from lostmotion.fit.baseline import BaselineModel
 from lostmotion.rms import robust_rms
 
 JUMP = 6.0
-"""Change of the torque from sample to sample, relative to the median of the run, that counts as a
-jump."""
+"""Change of the torque, or of the modelled angle, from sample to sample, relative to the median of
+the run, that counts as a jump."""
 
 JUMP_REACH = 2
-"""Samples on either side of a jump, or of the crossing of a gap, that belong to it."""
-
-GAP_COMPLIANCE = 6.0
-"""Compliance of a gap, relative to the mean one of the drive. The first slope of the data sheets in
-tests/data is up to 2.4 times as compliant as the third, and 8 times where it is the clearance of a
-printed reducer."""
+"""Samples on either side of a jump that belong to it."""
 
 
 def clean_outliers(base: BaselineModel) -> int:
@@ -47,11 +42,9 @@ def clean_outliers(base: BaselineModel) -> int:
         for i in (0, 1, -2, -1):
             five = x[:5] if i >= 0 else x[-5:]
             off[i] = x[i] - np.median(np.delete(five, i))
-        scale = robust_rms(off) + 1e-12
-        torque = base.conditions.torque[at]
-        crossed = crossing(point.elastic[at], torque, base.curve.mean_slope, scale)
-        may_be[at] = spiking(base.measured[at], rules.OUTLIER * scale) | crossed
-        found[at] = (np.abs(off) > rules.OUTLIER * scale) & ~jumping(torque)
+        least = rules.OUTLIER * (robust_rms(off) + 1e-12)
+        found[at] = (np.abs(off) > least) & ~jumping(base.conditions.torque[at])
+        may_be[at] = spiking(base.measured[at], least) | crossing(point.elastic[at])
     # Many adjacent ones are not outliers but a feature of the signal.
     crowd = np.convolve(found, np.ones(7))[3:-3]
     found &= crowd <= 3
@@ -83,12 +76,22 @@ def jumping(torque_Nm: FloatArray) -> BoolArray:
     These samples carry most information on lag and creep, and no model without these effects fits
     them.
     """
-    change = np.abs(np.diff(torque_Nm, prepend=torque_Nm[0]))
-    bend = np.pad(np.abs(np.diff(torque_Nm, n=2)), 1)
-    out = np.zeros(torque_Nm.size, dtype=bool)
-    for size in (change, bend):
-        out |= size > JUMP * (float(np.median(size)) + 1e-12)
-    return np.convolve(out, np.ones(2 * JUMP_REACH + 1), mode="same") > 0
+    change = np.diff(torque_Nm, prepend=torque_Nm[0])
+    return near_jumps(change, np.pad(np.diff(torque_Nm, n=2), 1))
+
+
+def crossing(elastic: FloatArray) -> BoolArray:
+    """Samples of a run about every crossing of a gap from one sample to the next."""
+    return near_jumps(np.diff(elastic, prepend=elastic[0]))
+
+
+def near_jumps(*changes: FloatArray) -> BoolArray:
+    """Samples of a run about those at which one of the changes is much greater than usual."""
+    jumped = np.zeros(changes[0].size, dtype=bool)
+    for change in changes:
+        size = np.abs(change)
+        jumped |= size > JUMP * float(np.median(size)) + 1e-12
+    return np.convolve(jumped, np.ones(2 * JUMP_REACH + 1), mode="same") > 0
 
 
 def spiking(measured: FloatArray, least: float) -> BoolArray:
@@ -104,25 +107,3 @@ def spiking(measured: FloatArray, least: float) -> BoolArray:
     out = (before * after > 0.0) & (np.minimum(np.abs(before), np.abs(after)) > least)
     out[:2] = out[-2:] = True
     return np.asarray(out)
-
-
-def crossing(elastic: FloatArray, torque_Nm: FloatArray, mean: float, noise: float) -> BoolArray:
-    """Samples of a run about every crossing of a gap from one sample to the next.
-
-    There the modelled elastic angle moves further than the change of the torque explains, by more
-    than the noise.
-
-    Parameters
-    ----------
-    elastic : ndarray
-        Modelled angle, arc seconds.
-    torque_Nm : ndarray
-    mean : float
-        Mean compliance of the drive, arc seconds per N m.
-    noise : float
-        Of a sample, arc seconds.
-    """
-    explained = GAP_COMPLIANCE * mean * np.abs(np.diff(torque_Nm))
-    crossed = np.abs(np.diff(elastic)) - explained > noise
-    beside = np.ones(2 * JUMP_REACH)
-    return np.convolve(crossed, beside)[JUMP_REACH - 1 : elastic.size + JUMP_REACH - 1] > 0
