@@ -118,6 +118,7 @@ uint32_t lm_advance_through_effects(const lm_parameters *parameters, lm_memory *
   }
   if (use < end && use->effect->kind == LM_EFFECT_WIDTH) {
     lm_real width_scale = 1;
+    at->elastic_rad = EVALUATE_CURVE(&parameters->curve, torque_Nm);
     for (; use < end && use->effect->kind == LM_EFFECT_WIDTH; ++use) {
       width_scale *= use->effect->run(use->value, own, at);
       own += use->effect->memory_count;

@@ -229,6 +229,8 @@ static void scale_widths(const lm_parameters *parameters, int32_t first, int32_t
   int32_t e;
   int32_t k;
   for (k = 0; k < b->rows; ++k) {
+    lm_conditions *at = &b->at[k];
+    at->elastic_rad = evaluate_curve(&parameters->curve, at->torque_Nm);
     b->width_scale[k] = 1;
   }
   for (e = first; e < end; ++e) {

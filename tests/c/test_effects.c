@@ -102,7 +102,8 @@ TEST(every_value_states_how_it_is_fitted) {
     int given = 0;
     for (k = 0; k < effect->value_count; ++k) {
       const lm_effect_value *value = &effect->card->value[k];
-      TEST_ASSERT_TRUE((value->scale >= LM_SCALE_RATIO) <= (value->role == LM_VALUE_GIVEN));
+      TEST_ASSERT_TRUE((value->scale == LM_SCALE_RATIO || value->scale == LM_SCALE_TOOTH_ANGLE) <=
+                       (value->role == LM_VALUE_GIVEN));
       TEST_ASSERT_TRUE((value->role == LM_VALUE_GIVEN) <= (value->scale != LM_SCALE_NONE));
       TEST_ASSERT_TRUE((value->traits & LM_VALUE_SIGN_OF_FIRST) == 0 || k > 0);
       for (s = 1; s < LM_STARTS_MAX; ++s) {
@@ -494,10 +495,11 @@ TEST(a_jump_fades_with_the_lag) {
   assert_near(-1e-3 * exp(-0.5), lm_effect_sensor_lag.run(lag_s, memory, &at));
 }
 
-/* At rest the friction is whole; on a ramp of the Stribeck rate it falls by 1 - 1/e of the share,
- * in either direction; and noise of single samples within the smoothing time does not matter. */
-TEST(friction_falls_with_the_rate) {
-  static const lm_real value[] = {LM_REAL(0.25), 4, LM_REAL(0.05)};
+/* At rest the friction is whole; at the Stribeck speed it falls by 1 - 1/e of the share, in either
+ * direction, whatever the torque is; and noise of single samples within the smoothing time does not
+ * matter. */
+TEST(friction_falls_with_the_speed_of_winding_up) {
+  static const lm_real value[] = {LM_REAL(0.25), LM_REAL(0.000244140625), LM_REAL(0.05)};
   const lm_effect *effect = &lm_effect_rate_dependent_friction;
   lm_real noisy[16] = {0};
   lm_real factor = 0;
@@ -507,14 +509,15 @@ TEST(friction_falls_with_the_rate) {
     memset(memory, 0, sizeof memory);
     at.elapsed_s = LM_REAL(0.0078125); /* 2^-7 */
     for (i = 0; i < 400; ++i) {
-      at.torque_Nm = LM_REAL(0.03125) * LM_REAL(i * side);
+      at.torque_Nm = LM_REAL(i % 7);
+      at.elastic_rad = LM_REAL(1.9073486328125e-6) * LM_REAL(i * side); /* 2^-19 */
       factor = effect->run(value, memory, &at);
       TEST_ASSERT_TRUE(i > 0 || factor == 1);
     }
     assert_near(side ? 1 - 0.25 * (1 - exp(-1)) : 1, factor);
   }
   for (i = 0; i < 400; ++i) {
-    at.torque_Nm = LM_REAL(0.001) * LM_REAL(i % 2);
+    at.elastic_rad = LM_REAL(6e-8) * LM_REAL(i % 2);
     factor = effect->run(value, noisy, &at);
     TEST_ASSERT_TRUE(factor > LM_REAL(0.999));
   }

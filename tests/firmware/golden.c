@@ -170,7 +170,7 @@ int main(void) {
 #else
   failed = check("compensator ", hash_compensator(), 0xf328c299u);
   failed |= check("inverse     ", hash_inverse(), 0x9c68aabbu);
-  failed |= check("effects     ", hash_effects(), 0x013e0672u);
+  failed |= check("effects     ", hash_effects(), 0x383335bfu);
 #if LM_ENVELOPE
   if (lm_set_envelope(&parameters.plays, 6, 20, 0) != LM_OK) {
     return 2;

@@ -24,7 +24,7 @@
  *   elapsed_s         since the previous sample. The compensator replaces 0 or less by the period
  *                     of its parameters. Code that calls the model directly must set it if creep,
  *                     sensor_lag or rate_dependent_friction is active: at 0, creep does not
- *                     advance, the lagged torque and the rate of the torque do not change
+ *                     advance, the lagged torque and the speed of winding up do not change
  */
 #ifndef LOSTMOTION_CONDITION_LIST_H
 #define LOSTMOTION_CONDITION_LIST_H

@@ -50,7 +50,8 @@ LM_BEGIN_DECLS
 #define LM_CONDITION_FIELD(field, ...) lm_real field;
 typedef struct lm_conditions {
   LM_CONDITION_LIST(LM_CONDITION_FIELD, LM_CONDITION_FIELD, LM_CONDITION_FIELD, LM_CONDITION_FIELD)
-  lm_real elastic_rad; /* angle of torsion curve and friction at the torque; set by the model */
+  lm_real elastic_rad; /* angle of torsion curve and friction at the torque; for LM_EFFECT_WIDTH,
+                          before friction has acted, of the curve; set by the model */
   lm_real wound_Nm; /* torque minus friction in parallel with the spring; it winds the drive up and
                        closes gaps in the mesh; set by the model */
 } lm_conditions;
@@ -111,7 +112,8 @@ typedef enum lm_value_scale {
   LM_SCALE_SAMPLE_TIME = 6, /* time between two samples: smaller values have no effect */
   LM_SCALE_GREATEST = 7,    /* upper bound of the value */
   LM_SCALE_RATIO = 8,       /* given: magnitude of the drive's ratio */
-  LM_SCALE_TOOTH_ANGLE = 9  /* given: pitch angle, rad, of flexspline teeth + 2 */
+  LM_SCALE_TOOTH_ANGLE = 9, /* given: pitch angle, rad, of flexspline teeth + 2 */
+  LM_SCALE_RATED_WINDUP = 10 /* mean wind-up of the drive at rated torque, rad */
 } lm_value_scale;
 
 /* Bits of `traits`. */

@@ -1,6 +1,6 @@
 #include "lostmotion/effects.h"
 
-#include "runtime/effects/torque_lag.h"
+#include "runtime/effects/first_order_lag.h"
 
 enum { LAG_S, VALUES };
 
@@ -12,7 +12,8 @@ enum { LAG_S, VALUES };
  * the recorded one with a first-order lag, or leads it if the lag is negative. It acts on the
  * torque, so that friction reverses when the drive does. */
 static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *at) {
-  lm_real behind_Nm = lag_behind(memory, at, clamp(absolute(value[LAG_S]), SHORTEST_S, LONGEST_S));
+  lm_real lag_s = clamp(absolute(value[LAG_S]), SHORTEST_S, LONGEST_S);
+  lm_real behind_Nm = lag_behind(memory, at->torque_Nm, at->elapsed_s, lag_s);
   return value[LAG_S] >= 0 ? behind_Nm : -behind_Nm;
 }
 

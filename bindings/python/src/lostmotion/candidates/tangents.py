@@ -63,6 +63,8 @@ def start_scale(value: Value, base: BaselineModel) -> float:
     """Scale of the start values of a value."""
     if value.scale == "rated_torque":
         return base.rated_torque_Nm
+    if value.scale == "rated_windup":
+        return base.rated_torque_Nm * base.curve.mean_slope * ARCSEC
     if value.scale == "largest_torque":
         return base.largest
     if value.scale == "largest_speed":
@@ -152,8 +154,7 @@ def thresholds(effect: Effect, base: BaselineModel, values: FloatArray) -> list[
 
 def at_base(effect: Effect, values: FloatArray, base: BaselineModel, point: Point) -> FloatArray:
     """Contribution of an effect at a fitted baseline model; arc seconds if it acts on the angle."""
-    found = effect.run(values, base.conditions, point.torque, point.elastic * ARCSEC, point.wound)
-    return found / ARCSEC
+    return base.run_effect(effect, values, point) / ARCSEC
 
 
 def wound_up(

@@ -32,6 +32,7 @@ Scale = Literal[
     "greatest",
     "ratio",
     "tooth_angle",
+    "rated_windup",
 ]
 Sign = Literal["", "ratio", "first"]
 
@@ -62,11 +63,12 @@ class Value:
     typical, low, high : float
         Typical value and bounds.
     scale : str
-        Scale of the start values: none, ``"rated_torque"`` of the drive, ``"largest_torque"`` or
-        ``"largest_speed"`` of the recordings, or the upper bound ``"greatest"``. ``"speeds"`` and
-        ``"times"``: spread over the recorded ones, which are also the bounds. ``"sample_time"``:
-        values below the time between two samples have no effect. For a given value, its source:
-        ``"ratio"``, ``"rated_torque"`` or ``"tooth_angle"``.
+        Scale of the start values: none, ``"rated_torque"`` of the drive or its mean wind-up at that
+        torque ``"rated_windup"``, ``"largest_torque"`` or ``"largest_speed"`` of the recordings, or
+        the upper bound ``"greatest"``. ``"speeds"`` and ``"times"``: spread over the recorded ones,
+        which are also the bounds. ``"sample_time"``: values below the time between two samples have
+        no effect. For a given value, its source: ``"ratio"``, ``"rated_torque"`` or
+        ``"tooth_angle"``.
     starts : tuple of float
         Start values of a fit, divided by the scale. None: a value in N m starts at 0.02, 0.1 and
         0.5 of the rated torque, any other at a quarter of the typical value, at that value, and at
@@ -368,9 +370,9 @@ def effect(
     `p` has the values as attributes, `at` the conditions of one recording as arrays
     (``at.torque_Nm``, ``at.temperature_C`` ..., and what the model fills in: ``at.elastic_rad``,
     the angle of torsion curve and friction, and ``at.wound_Nm``, the torque minus friction in
-    parallel); the function returns an array. Angles are not wrapped. ``at.run_number``, 1 for the
-    first run of the campaign, and ``at.time_s`` are for single occurrences: a controller does not
-    know them.
+    parallel; for a ``"width"``, before friction has acted, angle of the curve and torque). The
+    function returns an array. Angles are not wrapped. ``at.run_number``, 1 for the first run of the
+    campaign, and ``at.time_s`` are for single occurrences: a controller does not know them.
 
     Parameters
     ----------

@@ -131,7 +131,8 @@ class BaselineModel:
         width = width_factor(self.deviations)[c.run_of]
         for term in self.terms:
             if term.effect.kind == "width":
-                width = width * term.effect.run(term.values, c, torque, zero)
+                elastic = self.curve.angle(torque) * ARCSEC
+                width = width * term.effect.run(term.values, c, torque, elastic)
         plays = self.hysteresis.columns(torque, width)
         wound = torque.copy()
         self.hysteresis.add(wound, plays, self.hysteresis.shares)
@@ -159,10 +160,19 @@ class BaselineModel:
         torque, width, plays, wound = self.driven()
         torsion_curve = self.curve.angle(wound)
         stiffness = stiffness_factor(self.deviations)[self.conditions.run_of]
-        slope_at = self.curve.copy().slope_at  # the parameters may have changed when it is called
+        curve = self.curve.copy()  # the parameters may have changed when it is called
         elastic, angle = self.angles(torque, plays, wound, torsion_curve)
         return Point(
-            torque, width, plays, wound, stiffness, slope_at, torsion_curve, elastic, angle
+            torque,
+            width,
+            plays,
+            wound,
+            stiffness,
+            curve.slope_at,
+            curve.angle,
+            torsion_curve,
+            elastic,
+            angle,
         )
 
     def angle(self) -> FloatArray:
@@ -204,13 +214,17 @@ class BaselineModel:
         if effect.kind == "torque":
             up, down = (self.with_values(effect, values).angle() for values in (high, low))
             return np.asarray((up - down) / step)
-        up, down = (
-            effect.run(values, self.conditions, point.torque, point.elastic * ARCSEC, point.wound)
-            for values in (high, low)
-        )
+        up, down = (self.run_effect(effect, values, point) for values in (high, low))
         if effect.kind == "angle":
             return np.asarray((up - down) / ARCSEC / step)
         return self.hysteresis.by_width(point, 2.0 * (up - down) / (up + down) / step)
+
+    def run_effect(self, effect: Effect, values: FloatArray, point: Point) -> FloatArray:
+        """Evaluate an effect at a point, in its unit; one on the width before friction has acted."""
+        torque, elastic, wound = point.torque, point.elastic, point.wound
+        if effect.kind == "width":
+            elastic, wound = point.curve_at(torque), torque
+        return effect.run(values, self.conditions, torque, elastic * ARCSEC, wound)
 
     def with_values(self, effect: Effect, values: FloatArray) -> BaselineModel:
         """The model with an effect at some values: to be evaluated, not fitted."""

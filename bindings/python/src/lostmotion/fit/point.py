@@ -25,8 +25,8 @@ class Point:
         Torque minus friction in parallel, the input of the torsion curve.
     stiffness : ndarray
         Factor of each run on the torsion curve.
-    slope_at : callable
-        Slope of the torsion curve at torques, without that factor.
+    slope_at, curve_at : callable
+        Slope and angle of the torsion curve at torques, without that factor.
     torsion_curve, elastic, angle : ndarray
         Torsion curve without that factor; elastic angle; with effects of the angle.
     """
@@ -37,6 +37,7 @@ class Point:
     wound: FloatArray
     stiffness: FloatArray
     slope_at: Callable[[FloatArray], FloatArray]
+    curve_at: Callable[[FloatArray], FloatArray]
     torsion_curve: FloatArray
     elastic: FloatArray
     angle: FloatArray
