@@ -15,7 +15,7 @@ from small_campaigns import RATED_NM, RATIO, answer_of, campaign, gap
 
 from lostmotion import threads
 from lostmotion.discover import diagnose, library
-from lostmotion.discover.choice import best_of, choose, of_use, simplest
+from lostmotion.discover.choice import best_of, choose, of_use, replace_form, simplest
 from lostmotion.discover.growing_model import Lead
 from lostmotion.discover.linearise import Settled, plain_rms, settle
 from lostmotion.discover.measurement_noise import estimate_noise
@@ -75,19 +75,27 @@ def test_a_shape_that_beats_an_effect_of_the_form_hides_no_better_effect(warm_ga
         gain=0.99 * right.gain,
     )
     step.round.candidates[own.name] = own
+
+    def best(effects, shape=None, takes_form=()):
+        model = SimpleNamespace(replaces_form=lambda contender: contender.name in takes_form)
+        forms = replace_form(model, step.round, effects)
+        return best_of(step.round, effects, shape, forms)
+
     try:
-        assert best_of(step.round, [form, right], shape) is right
-        assert best_of(step.round, [form], shape) is shape
-        assert best_of(step.round, [form, right], None) is form
-        assert best_of(step.round, [], None) is None
+        assert best([form, right], shape) is right
+        assert best([form], shape) is shape
+        assert best([form, right]) is form
+        assert best([]) is None
         # One that was found without form error as well is compared with it, and with no other.
         fitted = dataclasses.replace(form, candidate=right.candidate, result=right.result, gain=9.0)
         fitted.formless = fitted.settled
         other = dataclasses.replace(
             right, result=dataclasses.replace(right.result, name="another"), gain=50.0
         )
-        assert best_of(step.round, [form, fitted, other], None) is fitted
-        assert best_of(step.round, [fitted, other], None) is other
+        assert best([form, fitted, other]) is fitted
+        assert best([fitted, other]) is other
+        # One that leaves as little of the form error is compared with it.
+        assert best([form, right], takes_form=[right.name]) is right
     finally:
         del step.round.candidates[own.name]
 

@@ -94,10 +94,11 @@ def choose_among(
             sharper.size = shape.size
             contenders.append(sharper)
             shape = max(shape, sharper, key=lambda c: c.gain)
-    selected = best_of(current, effects, shape)
+    forms = replace_form(model, current, effects)
+    selected = best_of(current, effects, shape, forms)
     step = Step(current, results, selected, contenders, least_arcsec=least)
     if selected is not None and selected.candidate.named:
-        names, forms = {c.name for c in confirmed}, replace_form(current, effects)
+        names = {c.name for c in confirmed}
         first = selected.name in forms
         law = imitates_law(current, selected.name)
         large = [
@@ -120,13 +121,21 @@ def choose_among(
     return step
 
 
-def replace_form(current: ContestRound, effects: Sequence[Contender]) -> set[str]:
+def replace_form(
+    model: GrowingModel, current: ContestRound, effects: Sequence[Contender]
+) -> set[str]:
     """Names of the effects that explain what the form error does, if any is confounded with it.
 
-    Those that were found without form error are compared with it, whatever their tangents.
+    Those that were found without form error are compared with it, whatever their tangents, and so
+    are those that leave as little of it.
     """
-    names = {c.name for c in effects if of_form(current, c.name)}
-    return names | {c.name for c in effects if c.formless is not None} if names else names
+    if not any(of_form(current, c.name) for c in effects):
+        return set()
+    return {
+        c.name
+        for c in effects
+        if of_form(current, c.name) or c.formless is not None or model.replaces_form(c)
+    }
 
 
 def of_form(current: ContestRound, name: str) -> bool:
@@ -291,13 +300,12 @@ def free_count(contender: Contender) -> int:
 
 
 def best_of(
-    current: ContestRound, effects: list[Contender], shape: Contender | None
+    current: ContestRound, effects: list[Contender], shape: Contender | None, forms: set[str]
 ) -> Contender | None:
-    """Choose between effects and a shape: effects that explain the form error first.
+    """Choose between effects and a shape: effects that explain the form error first (`forms`).
 
     A shape that is clearly better than these competes with the other effects.
     """
-    forms = replace_form(current, effects)
     for first in (True, False):
         group = [c for c in effects if (c.name in forms) is first]
         selected = effect_or_shape(current, simplest(group), shape)
