@@ -1,4 +1,4 @@
-"""Effects that laboratories of other friction hide are named, and are no scatter of the runs."""
+"""Effects that laboratories of other friction hide are named, and so is the friction itself."""
 
 from __future__ import annotations
 
@@ -33,3 +33,18 @@ def test_a_gap_that_opens_with_temperature_is_no_scatter_and_no_wear(
     found = diagnose(drive, campaign)
     assert (found.verdict, found.effects) == ("missing-effect", ["thermal_gap"])
     assert found.ladder[-1]["rms_arcsec"] < 1.02 * truth["noise_arcsec_rms"]
+
+
+@pytest.mark.parametrize("seed", [40, 42])
+def test_friction_that_falls_with_the_speed_of_sliding_is_no_lag_of_the_sensor(
+    seed: int, tmp_path: Path
+) -> None:
+    """LuGre, whose friction has a Stribeck speed; a lag of the torque narrows fast loops as well."""
+    lab = Laboratory(seed, "lugre", "bench")
+    lab.write(tmp_path)
+    drive = read_drive(tmp_path / "drive.toml")
+    campaign = read_campaign(sorted(tmp_path.glob("*.csv.gz")), ratio=drive.ratio)
+    found = diagnose(drive, campaign)
+    assert (found.verdict, found.effects) == ("missing-effect", ["rate_dependent_friction"])
+    speed = found.params["rate_dependent_friction.stribeck_rad_per_s"]
+    assert speed.error and abs(speed.value - lab.drive.stribeck_rad_per_s) < 3.0 * speed.error
