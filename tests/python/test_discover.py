@@ -202,13 +202,17 @@ def sliders_beside_a_spring(seed: int, runs: int = 18, rows: int = 800) -> Campa
     return Campaign([Run(i, "made", columns[i]) for i in range(runs)])
 
 
-@pytest.mark.parametrize("seed", [1, 2])
-def test_friction_of_another_form_than_the_base_is_no_missing_effect(seed):
-    found = diagnose(
-        None, sliders_beside_a_spring(seed), ratio=100.0, rated_torque_Nm=40.0
-    ).answer()
-    assert (found["verdict"], found["effects"], found["events"]) == ("complete", [], [])
-    assert not [c for c in found["candidates"] if c.get("too_small")]
+def test_friction_of_another_form_than_the_base_is_no_missing_effect():
+    """At one loading rate sliders resemble friction that falls with the speed: too small to
+    count."""
+    small = []
+    for seed in range(1, 6):
+        found = diagnose(
+            None, sliders_beside_a_spring(seed), ratio=100.0, rated_torque_Nm=40.0
+        ).answer()
+        assert (found["verdict"], found["effects"], found["events"]) == ("complete", [], [])
+        small += [c["name"] for c in found["candidates"] if c.get("too_small")]
+    assert small in ([], ["rate_dependent_friction"])
 
 
 @pytest.mark.parametrize("name", ["load_dependent_friction", "creep"])
