@@ -220,7 +220,7 @@ class BaselineModel:
         return self.hysteresis.by_width(point, 2.0 * (up - down) / (up + down) / step)
 
     def run_effect(self, effect: Effect, values: FloatArray, point: Point) -> FloatArray:
-        """Evaluate an effect at a point, in its unit; one on the width before friction has acted."""
+        """Evaluate an effect at a point, in its unit; a width before friction has acted."""
         torque, elastic, wound = point.torque, point.elastic, point.wound
         if effect.kind == "width":
             elastic, wound = point.curve_at(torque), torque
