@@ -39,7 +39,7 @@ def test_a_gap_that_opens_with_temperature_is_no_scatter_and_no_wear(
 def test_friction_that_falls_with_the_speed_of_sliding_is_no_lag_of_the_sensor(
     seed: int, tmp_path: Path
 ) -> None:
-    """LuGre, whose friction has a Stribeck speed; a lag of the torque narrows fast loops as well."""
+    """LuGre, with its Stribeck speed; a lag of the torque narrows fast loops as well."""
     lab = Laboratory(seed, "lugre", "bench")
     lab.write(tmp_path)
     drive = read_drive(tmp_path / "drive.toml")
@@ -47,4 +47,5 @@ def test_friction_that_falls_with_the_speed_of_sliding_is_no_lag_of_the_sensor(
     found = diagnose(drive, campaign)
     assert (found.verdict, found.effects) == ("missing-effect", ["rate_dependent_friction"])
     speed = found.params["rate_dependent_friction.stribeck_rad_per_s"]
-    assert speed.error and abs(speed.value - lab.drive.stribeck_rad_per_s) < 3.0 * speed.error
+    assert speed.error
+    assert abs(speed.value - lab.drive.stribeck_rad_per_s) < 3.0 * speed.error
