@@ -49,3 +49,13 @@ def test_friction_that_falls_with_the_speed_of_sliding_is_no_lag_of_the_sensor(
     speed = found.params["rate_dependent_friction.stribeck_rad_per_s"]
     assert speed.error
     assert abs(speed.value - lab.drive.stribeck_rad_per_s) < 3.0 * speed.error
+
+
+def test_what_explains_another_part_is_no_rival(tmp_path: Path) -> None:
+    """Eight runs do not separate the predictions of an effect and of the friction."""
+    Laboratory(49, "lugre", "8 runs").write(tmp_path, "thermal_stiffness", 2.0)
+    drive = read_drive(tmp_path / "drive.toml")
+    campaign = read_campaign(sorted(tmp_path.glob("*.csv.gz")), ratio=drive.ratio)
+    found = diagnose(drive, campaign)
+    assert found.verdict == "missing-effect"
+    assert set(found.effects) == {"rate_dependent_friction", "thermal_stiffness"}

@@ -21,6 +21,7 @@ from lostmotion.discover.linearise import Settled, plain_rms, settle
 from lostmotion.discover.measurement_noise import estimate_noise
 from lostmotion.discover.recorded_model import RecordedModel, fall_of_error, without_idle
 from lostmotion.discover.refits import refit, refitted, without_deviations
+from lostmotion.discover.selection import drop_others
 from lostmotion.discover.shortlist import strongest
 from lostmotion.discover.terms import term_size
 from lostmotion.drives import read_drive
@@ -98,6 +99,16 @@ def test_a_shape_that_beats_an_effect_of_the_form_hides_no_better_effect(warm_ga
         assert best([form, right], takes_form=[right.name]) is right
     finally:
         del step.round.candidates[own.name]
+
+
+def test_a_rival_that_keeps_its_gain_beside_the_selected_effect_is_none():
+    def results(**gains):
+        return [SimpleNamespace(name=name, gain=gain) for name, gain in gains.items()]
+
+    step = SimpleNamespace(results=results(alias=20.0, other=12.0, gone=8.0))
+    step.rivals = ["alias", "other", "gone"]
+    drop_others(step, results(alias=1.5, other=9.0))
+    assert step.rivals == ["alias", "gone"]
 
 
 def test_independent_pieces_of_work_keep_their_order():

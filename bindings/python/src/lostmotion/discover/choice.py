@@ -55,14 +55,16 @@ def choose(model: GrowingModel, current: ContestRound, results: list[Result], le
     A candidate that is confounded with the form error counts as one, unless a model without form
     error finds it (`GrowingModel.more_starts`): then it is selected first, as a form would be,
     and only such candidates are its rivals. Every rival is tried in the model: by tangents alone,
-    effects may seem to be confounded that their models separate.
+    effects may seem to be confounded that their models separate. So is what the card of the
+    selected effect names, however small its tangent is. One that was tried must pass as the
+    selected one does.
     """
     apart = [result for result in results if not current.candidates[result.name].of_form]
     contenders, rejected = try_shortlist(model, current, apart, least)
     step = choose_among(model, current, results, least, contenders, rejected)
     known = {contender.name for contender in step.contenders}
     untried = [
-        Lead(current, result, current.size_of(result))
+        Lead(current, result, None)
         for result in apart
         if result.name in step.rivals and result.name not in known
     ]
@@ -101,6 +103,7 @@ def choose_among(
         names = {c.name for c in confirmed}
         first = selected.name in forms
         law = imitates_law(current, selected.name)
+        known = {c.name for c in contenders}
         large = [
             result
             for result in results
@@ -111,12 +114,17 @@ def choose_among(
                 or (
                     result in apart
                     and not first
-                    and result.name not in rejected
-                    and large_enough(current, result, current.size_of(result), least)
+                    and result.name not in rejected | known
+                    and (
+                        result.name in confused_with(selected)
+                        or large_enough(current, result, current.size_of(result), least)
+                    )
                 )
             )
         ]
-        alike = rivals(current, large, contenders, selected)
+        # One that was found in another model is compared with these by its result in this one.
+        here = next((one for one in results if one.name == selected.name), selected.result)
+        alike = rivals(current, large, contenders, selected, here)
         step.rivals = model.substitutes(current, selected, alike)
     return step
 
@@ -142,6 +150,12 @@ def of_form(current: ContestRound, name: str) -> bool:
     """Whether a candidate is confounded with the form error."""
     candidate = current.candidates.get(name)
     return candidate is not None and candidate.of_form
+
+
+def confused_with(contender: Contender) -> tuple[str, ...]:
+    """Effects that the card of a selected effect names as confounded with it."""
+    effect = contender.candidate.effect
+    return () if effect is None else effect.confused_with
 
 
 def imitates_law(current: ContestRound, name: str) -> bool:
@@ -339,8 +353,13 @@ def rivals(
     results: Sequence[Result],
     contenders: Sequence[Contender],
     selected: Contender,
+    here: Result,
 ) -> list[Result]:
-    """Named effects that these data do not separate from the selected one."""
+    """Named effects that these data do not separate from the selected one.
+
+    Those that were tried are compared with it in the model, the others by their results in the
+    round, in which that of the selected one is `here`.
+    """
     own = {c.name: c for c in contenders}
     out = []
     for result in results:
@@ -352,7 +371,7 @@ def rivals(
             ahead, ahead_by_run = selected.gain, selected.gain_by_run
         else:
             gain, by_run = result.gain, result.gain_by_run
-            ahead, ahead_by_run = selected.result.gain, selected.result.gain_by_run
+            ahead, ahead_by_run = here.gain, here.gain_by_run
         close = gain >= rules.RIVAL_SHARE * ahead and not runs_separate(ahead_by_run, by_run)
         if ahead - gain < rules.GAIN_LEAST or close:
             out.append(result)

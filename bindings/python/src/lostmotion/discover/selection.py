@@ -4,9 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from lostmotion import rules
 from lostmotion.discover.choice import Step, choose
 from lostmotion.discover.growing_model import GrowingModel
 from lostmotion.discover.shortlist import least_size
+from lostmotion.evidence.contest import Result
+
+
+def drop_others(step: Step, after: list[Result]) -> None:
+    """Drop the rivals of an effect that explain something else than it does.
+
+    They keep their gain with the selected effect in the model: results `after` it was added.
+    """
+    gain = {result.name: result.gain for result in after}
+    least = {result.name: rules.RIVAL_SHARE * result.gain for result in step.results}
+    step.rivals = [name for name in step.rivals if gain.get(name, 0.0) < least[name]]
 
 
 def select(model: GrowingModel, say: Callable[[str], None] = lambda _: None) -> list[Step]:
@@ -28,6 +40,8 @@ def select(model: GrowingModel, say: Callable[[str], None] = lambda _: None) -> 
     while True:
         say("comparing effects")
         current, results = model.compete()
+        if steps:
+            drop_others(steps[-1], results)
         taken = [step.selected for step in steps if step.selected is not None]
         sizes = [*(one.size for one in taken), *model.given.values()]
         least = least_size(model.within, max(sizes, default=0.0))
