@@ -107,12 +107,12 @@ typedef enum lm_value_scale {
   LM_SCALE_RATED_TORQUE = 1,   /* rated torque of the drive */
   LM_SCALE_LARGEST_TORQUE = 2, /* largest torque in the recordings */
   LM_SCALE_LARGEST_SPEED = 3,  /* largest input speed in the recordings */
-  LM_SCALE_SPEEDS = 4,      /* spread over the recorded input speeds, which are also its bounds */
-  LM_SCALE_TIMES = 5,       /* spread over the recorded times, which are also its bounds */
-  LM_SCALE_SAMPLE_TIME = 6, /* time between two samples: smaller values have no effect */
-  LM_SCALE_GREATEST = 7,    /* upper bound of the value */
-  LM_SCALE_RATIO = 8,       /* given: magnitude of the drive's ratio */
-  LM_SCALE_TOOTH_ANGLE = 9, /* given: pitch angle, rad, of flexspline teeth + 2 */
+  LM_SCALE_SPEEDS = 4,       /* spread over the recorded input speeds, which are also its bounds */
+  LM_SCALE_TIMES = 5,        /* spread over the recorded times, which are also its bounds */
+  LM_SCALE_SAMPLE_TIME = 6,  /* time between two samples: smaller values have no effect */
+  LM_SCALE_GREATEST = 7,     /* upper bound of the value */
+  LM_SCALE_RATIO = 8,        /* given: magnitude of the drive's ratio */
+  LM_SCALE_TOOTH_ANGLE = 9,  /* given: pitch angle, rad, of flexspline teeth + 2 */
   LM_SCALE_RATED_WINDUP = 10 /* mean wind-up of the drive at rated torque, rad */
 } lm_value_scale;
 
