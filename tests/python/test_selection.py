@@ -77,10 +77,8 @@ def test_a_shape_that_beats_an_effect_of_the_form_hides_no_better_effect(warm_ga
     )
     step.round.candidates[own.name] = own
 
-    def best(effects, shape=None, takes_form=()):
-        model = SimpleNamespace(replaces_form=lambda contender: contender.name in takes_form)
-        forms = replace_form(model, step.round, effects)
-        return best_of(step.round, effects, shape, forms)
+    def best(effects, shape=None):
+        return best_of(step.round, effects, shape, replace_form(step.round, effects))
 
     try:
         assert best([form, right], shape) is right
@@ -95,10 +93,16 @@ def test_a_shape_that_beats_an_effect_of_the_form_hides_no_better_effect(warm_ga
         )
         assert best([form, fitted, other]) is fitted
         assert best([fitted, other]) is other
-        # One that leaves as little of the form error is compared with it.
-        assert best([form, right], takes_form=[right.name]) is right
+        # Another law of friction is compared with it.
+        law = dataclasses.replace(own, name="a law", of_form=False, effect=library()["creep"])
+        step.round.candidates[law.name] = law
+        friction = dataclasses.replace(
+            form, result=dataclasses.replace(right.result, name=law.name), gain=9.0
+        )
+        assert best([form, friction, right]) is friction
     finally:
         del step.round.candidates[own.name]
+        step.round.candidates.pop("a law", None)
 
 
 def test_a_rival_that_keeps_its_gain_beside_the_selected_effect_is_none():

@@ -96,13 +96,12 @@ def choose_among(
             sharper.size = shape.size
             contenders.append(sharper)
             shape = max(shape, sharper, key=lambda c: c.gain)
-    forms = replace_form(model, current, effects)
+    forms = replace_form(current, effects)
     selected = best_of(current, effects, shape, forms)
     step = Step(current, results, selected, contenders, least_arcsec=least)
     if selected is not None and selected.candidate.named:
         names = {c.name for c in confirmed}
         first = selected.name in forms
-        law = imitates_law(current, selected.name)
         known = {c.name for c in contenders}
         large = [
             result
@@ -110,7 +109,6 @@ def choose_among(
             if may_be_rival(current, result, selected)
             and (
                 (result.name in names and (result.name in forms) is first)
-                or (result.name in names and law and imitates_law(current, result.name))
                 or (
                     result in apart
                     and not first
@@ -129,20 +127,18 @@ def choose_among(
     return step
 
 
-def replace_form(
-    model: GrowingModel, current: ContestRound, effects: Sequence[Contender]
-) -> set[str]:
+def replace_form(current: ContestRound, effects: Sequence[Contender]) -> set[str]:
     """Names of the effects that explain what the form error does, if any is confounded with it.
 
     Those that were found without form error are compared with it, whatever their tangents, and so
-    are those that leave as little of it.
+    are other laws of friction.
     """
     if not any(of_form(current, c.name) for c in effects):
         return set()
     return {
         c.name
         for c in effects
-        if of_form(current, c.name) or c.formless is not None or model.replaces_form(c)
+        if of_form(current, c.name) or c.formless is not None or imitates_law(current, c.name)
     }
 
 
@@ -159,9 +155,9 @@ def confused_with(contender: Contender) -> tuple[str, ...]:
 
 
 def imitates_law(current: ContestRound, name: str) -> bool:
-    """Whether an effect is another law of friction, or depends on the load alone as such a law."""
+    """Whether an effect is another law of friction, or resembles one by hanging on the load."""
     candidate = current.candidates.get(name)
-    return candidate is not None and candidate.named and candidate.hangs_on_load_alone
+    return candidate is not None and candidate.named and candidate.may_be_form
 
 
 def try_shortlist(

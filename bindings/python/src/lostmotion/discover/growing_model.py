@@ -144,10 +144,6 @@ class GrowingModel(ABC):
         """Leads from a model in which the runs have no deviations."""
         return []
 
-    def replaces_form(self, contender: Contender) -> bool:
-        """Whether an effect explains what the form error does."""
-        return False
-
     def beats_forms(self, contender: Contender) -> bool:
         """Whether an effect predicts better than the forms that may imitate it."""
         return True

@@ -148,7 +148,6 @@ class RecordedModel(GrowingModel):
         self.present: tuple[Settled, FloatArray] | None = None
         self.left_out = LeftOutResiduals()
         self.beating: dict[int, tuple[Settled, bool]] = {}
-        self.replacing: dict[int, tuple[Settled, bool]] = {}
         self.formless: RecordedRound | None = None
         first = self.settled[0].base
         self.given = {
@@ -225,8 +224,11 @@ class RecordedModel(GrowingModel):
         None if the effect explains less of the form error than a named effect must explain of what
         a shape does (`rules.WARN_DEG`): then it may imitate a part of that.
         """
-        settled = self.with_form_anew(model_of(found))
-        if not self.takes_form(settled):
+        base, noise = model_of(found), self.noise
+        effects, _ = named_candidates(self.effects, base, base.at(), self.ratio)
+        settled = settle(with_form_error(base, noise, effects), noise)
+        left = form_error_size(settled) ** 2
+        if left > (1.0 - share_at(rules.WARN_DEG)) * form_error_size(self.now) ** 2:
             return None
         by_run = settled.density - self.now.density
         return replace(
@@ -236,25 +238,6 @@ class RecordedModel(GrowingModel):
             gain_by_run=by_run,
             formless=found.settled,
         )
-
-    def with_form_anew(self, base: BaselineModel) -> Settled:
-        """A model with its form error estimated together with its effects."""
-        effects, _ = named_candidates(self.effects, base, base.at(), self.ratio)
-        return settle(with_form_error(base, self.noise, effects), self.noise)
-
-    def takes_form(self, settled: Settled) -> bool:
-        """Whether little of the form error of the present model is left in another one."""
-        most = (1.0 - share_at(rules.WARN_DEG)) * form_error_size(self.now) ** 2
-        return form_error_size(settled) ** 2 <= most
-
-    def replaces_form(self, contender: Contender) -> bool:
-        """See `GrowingModel`."""
-        settled = contender.settled
-        assert settled is not None
-        if id(settled) not in self.replacing:
-            taken = self.takes_form(self.with_form_anew(settled.base))
-            self.replacing[id(settled)] = (settled, taken)
-        return self.replacing[id(settled)][1]
 
     def beats_forms(self, contender: Contender) -> bool:
         """See `GrowingModel`."""
