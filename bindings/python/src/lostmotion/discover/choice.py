@@ -155,7 +155,7 @@ def confused_with(contender: Contender) -> tuple[str, ...]:
 
 
 def imitates_law(current: ContestRound, name: str) -> bool:
-    """Whether an effect is another law of friction, or resembles one by hanging on the load."""
+    """Whether an effect is another law of friction, or depends on the load alone as such a law."""
     candidate = current.candidates.get(name)
     return candidate is not None and candidate.named and candidate.may_be_form
 
