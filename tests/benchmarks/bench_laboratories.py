@@ -65,7 +65,7 @@ runs of an analyst who has to estimate the scatter from them. An `ambiguous` ans
 hidden effect and others counts as a wrong name only if they are not confounded for the ideal
 analyst. An effect that is the law of friction of the campaign is no wrong name:
 `load_dependent_friction` if the limits grow with the load, `rate_dependent_friction` with LuGre,
-whose friction falls with the rate.
+whose friction falls with the speed.
 """
 
 
