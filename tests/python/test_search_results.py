@@ -77,11 +77,10 @@ def test_the_best_drive_reads_back_to_the_last_bit(
         assert law.coefficient_mm_per_Nn == entry["deflection_mm"], text
 
 
-@pytest.mark.parametrize("file", sorted((DATA / "drives").glob("*.toml")), ids=lambda f: f.stem)
-def test_the_document_of_a_drive_reads_back_to_the_last_bit(file: Path) -> None:
-    stated = read_drive(file)
-    if stated.design is None or stated.design.points is not None:
-        pytest.skip("a drive without a design, or with points for a flank")
+@pytest.mark.parametrize("name", ["external_ring", "reference_a"])
+def test_the_document_of_a_drive_reads_back_to_the_last_bit(name: str) -> None:
+    stated = read_drive(DATA / "drives" / f"{name}.toml")
+    assert stated.design is not None
     drive = make_drive(stated.design)
     document = drive_document(drive)
     document["drive"]["name"] = "again"
