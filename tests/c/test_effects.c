@@ -499,7 +499,8 @@ TEST(a_jump_fades_with_the_lag) {
  * direction, whatever the torque is; and noise of single samples within the smoothing time does not
  * matter. */
 TEST(friction_falls_with_the_speed_of_winding_up) {
-  static const lm_real value[] = {LM_REAL(0.25), LM_REAL(0.000244140625), LM_REAL(0.05)};
+  static const lm_real value[] = {LM_REAL(0.25), LM_REAL(0.000244140625) /* 2^-12 */,
+                                  LM_REAL(0.05)};
   const lm_effect *effect = &lm_effect_rate_dependent_friction;
   lm_real noisy[16] = {0};
   lm_real factor = 0;

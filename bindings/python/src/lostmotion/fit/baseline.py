@@ -131,8 +131,7 @@ class BaselineModel:
         width = width_factor(self.deviations)[c.run_of]
         for term in self.terms:
             if term.effect.kind == "width":
-                elastic = self.curve.angle(torque) * ARCSEC
-                width = width * term.effect.run(term.values, c, torque, elastic)
+                width = width * self.width_by(term.effect, term.values, torque, self.curve.angle)
         plays = self.hysteresis.columns(torque, width)
         wound = torque.copy()
         self.hysteresis.add(wound, plays, self.hysteresis.shares)
@@ -220,11 +219,21 @@ class BaselineModel:
         return self.hysteresis.by_width(point, 2.0 * (up - down) / (up + down) / step)
 
     def run_effect(self, effect: Effect, values: FloatArray, point: Point) -> FloatArray:
-        """Evaluate an effect at a point, in its unit; a width before friction has acted."""
-        torque, elastic, wound = point.torque, point.elastic, point.wound
+        """Evaluate an effect at a point, in its unit."""
+        torque, elastic_rad = point.torque, point.elastic * ARCSEC
         if effect.kind == "width":
-            elastic, wound = point.curve_at(torque), torque
-        return effect.run(values, self.conditions, torque, elastic * ARCSEC, wound)
+            return self.width_by(effect, values, torque, point.curve_at)
+        return effect.run(values, self.conditions, torque, elastic_rad, point.wound)
+
+    def width_by(
+        self,
+        effect: Effect,
+        values: FloatArray,
+        torque: FloatArray,
+        curve_at: Callable[[FloatArray], FloatArray],
+    ) -> FloatArray:
+        """Factor of an effect on the width: it acts before friction, at the curve's own angle."""
+        return effect.run(values, self.conditions, torque, curve_at(torque) * ARCSEC)
 
     def with_values(self, effect: Effect, values: FloatArray) -> BaselineModel:
         """The model with an effect at some values: to be evaluated, not fitted."""
