@@ -179,3 +179,23 @@ def test_a_process_that_imports_nothing_else_reads_a_table(home: str) -> None:
     program = f"from {home} import Campaign; print(Campaign.from_table({table}).rows)"
     ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
     assert (ran.stdout, ran.returncode) == ("3\n", 0), ran.stderr
+
+
+@pytest.mark.parametrize("stamp", [1e30, -1e12, 10**15])
+def test_a_stamp_beyond_what_a_clock_holds_is_counted(stamp: float) -> None:
+    count = 200
+    step = 10 * np.arange(count)
+    torque = 30 * np.sin(step / 300)
+    seconds = (1_700_000_000 + step // 1000).astype(type(stamp))
+    seconds[77] = stamp
+    columns = {
+        "sec": seconds,
+        "ms": step % 1000,
+        "torque_Nm": torque,
+        "input_angle_rad": np.full(count, 0.5),
+        "output_angle_rad": 0.005 + torque / 2e4,
+    }
+    names = {"sec": "time_s", "ms": "time_ms"}
+    read = Campaign.from_table(columns, ratio=100, mapping=names)
+    assert read.rows == count - 1
+    assert [one.count for one in read.findings if "sec" in str(one)] == [1]

@@ -24,6 +24,9 @@ NS = 1_000_000_000
 
 DAY_NS = 86_400 * NS
 
+LONGEST_S = (2**63 - 1) // 10**9 - 1
+"""Largest number of seconds that 64 bits of ns hold, with a fraction: 292 years."""
+
 EPOCH_S = 1e8
 """Three years: a clock that starts above this counts from an epoch, not from its own start."""
 

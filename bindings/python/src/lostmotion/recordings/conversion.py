@@ -457,7 +457,7 @@ class Clock:
             column = texts.text.cast("float64") if whole is None else whole
         if not str(column.type).startswith(("int", "uint")):
             numbers = floats_of(column)
-            known = np.isfinite(numbers)
+            known = self.within_clock(numbers, np.isfinite(numbers))
             rounded = np.where(known, np.round(numbers), 0)
             off = np.flatnonzero(known & (rounded != numbers))
             if off.size:
@@ -465,7 +465,14 @@ class Clock:
                 found = f"{numbers[row]} in {self.rows.place(row)} in a clock of two columns"
                 raise InputError(self.file, self.label, found, "whole numbers")
             return rounded.astype(np.int64), known
-        return integers(column)
+        whole, known = integers(column)
+        return whole, self.within_clock(whole, known)
+
+    def within_clock(self, numbers: FloatArray | WholeArray, known: BoolArray) -> BoolArray:
+        """Which of the known numbers a clock in ns can hold as seconds; the others are bad."""
+        held = known & (numbers >= -clocks.LONGEST_S) & (numbers <= clocks.LONGEST_S)
+        self.bad |= known & ~held
+        return held
 
 
 def integers(column: Any) -> tuple[WholeArray, BoolArray]:
