@@ -147,7 +147,10 @@ for route in sys.argv[2:]:
 """
 
 
-@pytest.mark.skipif(os.name != "posix" or os.geteuid() != 0, reason="needs root for a second user")
+@pytest.mark.skipif(
+    os.name != "posix" or os.geteuid() != 0,
+    reason="asks as a second user: run the tests as root on a POSIX system",
+)
 def test_another_user_of_the_machine_gets_nothing(tmp_path: Path) -> None:
     opened = tmp_path / "opened"
     browser = tmp_path / "browser.sh"
