@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 import json
+import re
 import subprocess
 import sys
 import tempfile
@@ -253,8 +254,12 @@ def _findings_wrong(findings: Sequence[Any], wanted: Sequence[str]) -> str:
         if str(finding) not in clean_findings()
     ]
     if wanted and not any(
-        all(any(w.lower() in text.lower() for w in word.split("|")) for word in wanted)
-        for text in new
+        all(any(_names(text, w) for w in word.split("|")) for word in wanted) for text in new
     ):
         return f"no finding names {' and '.join(wanted)}: " + ("; ".join(new) or "none")
     return ""
+
+
+def _names(text: str, word: str) -> bool:
+    """Whether a finding contains a word; a number as a whole."""
+    return re.search(rf"(?<!\d){re.escape(word)}(?!\d)", text, re.IGNORECASE) is not None

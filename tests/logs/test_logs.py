@@ -56,9 +56,10 @@ def test_every_dress_has_the_clean_copys_answer() -> None:
             "a file of the motor's encoder and one of the output's",
             "time_s: ten times too much",
         ),
+        ("long form: time, channel and value (pandas melt)", "time_s: NaN"),
     ],
 )
-def test_rows_sorted_by_time_show_their_wild_stamps(dress: str, damage: str) -> None:
+def test_rows_sorted_by_time_show_their_unusable_stamps(dress: str, damage: str) -> None:
     line = combined(dress, damage)
     assert line is not None
     assert not line.wrong, line.line()
@@ -138,3 +139,19 @@ def test_runs_that_take_turns_are_compared_within_10_s_and_2_GiB() -> None:
 def test_evidence_that_inflates_is_answered_within_10_s_and_2_GiB() -> None:
     outcome = against_evidence()
     assert not outcome.wrong(), outcome
+
+
+@pytest.mark.parametrize("damage", ["torque_Nm: two cells run together", "run: ovf"])
+@pytest.mark.parametrize(
+    "dress", ["long form: time, channel and value (pandas melt)", "one file a run, in a folder"]
+)
+def test_a_finding_names_the_line_or_the_file(dress: str, damage: str) -> None:
+    line = combined(dress, damage)
+    assert line is not None
+    assert not line.wrong, line.line()
+
+
+def test_two_files_with_the_same_fault_are_both_named() -> None:
+    line = combined("one file a run, in a folder", "cycles: wild in two runs")
+    assert line is not None
+    assert not line.wrong, line.line()

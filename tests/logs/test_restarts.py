@@ -93,6 +93,16 @@ def test_a_plan_of_even_temperatures_is_not_reported(tmp_path: Path) -> None:
     assert not campaign.findings
 
 
+def test_the_only_run_at_the_highest_temperature_is_not_reported(tmp_path: Path) -> None:
+    labels = list(dict.fromkeys(clean().cells("run")))
+    warm = {label: (10.0, 20.0, 30.0, 40.0)[i % 4] + 0.3 * i for i, label in enumerate(labels)}
+    for highest_C in (48.0, 53.0):
+        warm[labels[-1]] = highest_C
+        cells = [f"{warm[label]:.1f}" for label in clean().cells("run")]
+        campaign = read_campaign(saved(tmp_path, clean().put("temperature_C", cells)), ratio=RATIO)
+        assert not campaign.findings
+
+
 def test_an_unused_column_of_a_quantity_states_its_map(tmp_path: Path) -> None:
     sheet = clean().renamed(temperature_C="Temperature motor [°F]")
     (line,) = say_findings(read_campaign(saved(tmp_path, sheet), ratio=RATIO).findings)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import re
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -63,3 +65,32 @@ def test_a_run_of_magnitudes_is_refused(run: int, column: str) -> None:
         columns[column] = np.where(damaged, np.abs(columns[column]), columns[column])
         with pytest.raises(InputError, match=f"{column}: .*without sign in run {run}"):
             read_campaign(columns)
+
+
+def turning_arm(rng: np.random.Generator, run: int) -> dict[str, np.ndarray]:
+    """Moves between random stations under gravity, with an error of position of any period."""
+    ramp = np.clip(np.arange(120) / 72, 0.0, 1.0)
+    smooth = ramp**3 * (10 - 15 * ramp + 6 * ramp**2)
+    stations = rng.uniform(-1.2, 1.2, 6)
+    angle = np.concatenate([a + (b - a) * smooth for a, b in pairwise(stations)])
+    torque = rng.uniform(5.0, 40.0) * np.cos(angle)
+    period = rng.choice((0.5, 1, 2, 3, 7))
+    error = rng.uniform(0.0, 4e-3) * np.cos(period * angle + rng.uniform(0, 6))
+    lost = torque / STIFFNESS_NM_PER_RAD + error + 5e-6 * rng.standard_normal(angle.size)
+    return {
+        "run": np.full(angle.size, run),
+        "time_s": 0.02 * np.arange(angle.size),
+        "torque_Nm": torque,
+        "input_angle_rad": 100.0 * angle,
+        "output_angle_rad": angle + lost,
+    }
+
+
+@pytest.mark.parametrize("ratio", [100.0, math.inf])
+def test_an_arm_that_holds_a_weight_has_a_torque_with_its_sign(ratio: float) -> None:
+    """Also without a ratio, where the output angle alone is known."""
+    rng = np.random.default_rng(5)
+    for _ in range(50):
+        parts = [turning_arm(rng, run) for run in range(3)]
+        columns = {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
+        assert len(read_campaign(columns, ratio=ratio).runs) == 3

@@ -8,6 +8,10 @@ from dataclasses import dataclass
 UNUSED = "not used"
 """Action for a column with an unknown name."""
 
+DOUBT_CHANCE = 1e-3
+"""Probability that the noise or scatter of a sound run puts it in doubt. It may stop the work, so
+that a campaign of a hundred runs is to be stopped at most once in ten."""
+
 DOUBTFUL = ("ratio", "scale", "sign", "stuck", "jump", "repeats", "lag")
 """Kinds that make results doubtful."""
 
@@ -95,7 +99,7 @@ def _told(group: Sequence[Finding]) -> str:
         return f"{place}: {UNUSED}: the columns {', '.join(columns[:COLUMNS_LISTED])}{more}"
     labels = [f"{finding.run}{finding.moments}" for finding in group if finding.run is not None]
     runs = ""
-    if labels and len(files) > 1:
+    if len(labels) > RUNS_LISTED and len(files) > 1:
         runs = f" ({len(labels)} runs)"
     elif len(labels) > RUNS_LISTED:
         runs = f" ({len(labels)} runs, {labels[0]} to {labels[-1]})"

@@ -240,7 +240,7 @@ def judged(runs: list[Run], findings: list[Finding], ratio: float | None) -> Cam
     check_ratio(campaign, ratio)
     bring_together(campaign, ratio)
     check_sign(campaign)
-    check_runs_agree(campaign)
+    check_runs_agree(campaign, ratio)
     check_asynchronous(campaign)
     for finding in findings:
         LOG.info("%s", finding)
@@ -356,6 +356,8 @@ def read_runs(
                 Finding("split_run", name, "run", label, pieces, "pieces joined in file order")
             )
         columns = {quantity: values[index] for quantity, values in numbers.items()}
+        if apart and (untimed := int(np.count_nonzero(~np.isfinite(columns["time"])))):
+            findings.append(Finding("nan", name, "time_s", label, untimed, "rows left out"))
         if apart and (wild := stamps_aside(columns, LEADING)).size:
             findings.append(
                 Finding("wild", name, "time_s", label, wild.size, LEFT_OUT, tuple(wild.tolist()))

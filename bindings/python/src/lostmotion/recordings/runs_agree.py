@@ -6,7 +6,8 @@ refused. It must also contradict what a drive can do: no wear, preload or temper
 compliance by so large a factor, and no drive returns work.
 
 An error that depends on the output angle, such as an eccentricity, may reverse the slope of a
-recording too, but not its hysteresis: friction dissipates work in every drive.
+recording too, but not its hysteresis: friction dissipates work in every drive, and over a way there
+and back an error of position does not change that work.
 """
 
 from __future__ import annotations
@@ -16,13 +17,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lostmotion import units
+from lostmotion import rules, units
 from lostmotion.arrays import FloatArray
 from lostmotion.errors import InputError
 from lostmotion.recordings.campaign import Campaign, Run
-from lostmotion.recordings.findings import Finding
+from lostmotion.recordings.dissipated import DissipatedWork, dissipated_work, integral_over, sign_of
+from lostmotion.recordings.findings import DOUBT_CHANCE, Finding
 from lostmotion.recordings.gate import ANGLES, SIZE_FACTOR, TORQUES
 from lostmotion.recordings.mean_curve import MeanCurve
+from lostmotion.recordings.soundness import STUCK_TURN_RAD
 from lostmotion.recordings.wild import PLAUSIBLE
 
 LOST = "lost_motion_rad"
@@ -34,10 +37,6 @@ for the scale of a drive file (`scale.SCALE_SHARE`)."""
 SAMPLES_LEAST = 30
 """Least number of samples of a run: with fewer, noise may correlate with the torque by chance; with
 30, a share of half has a probability of 1e-5."""
-
-CHANCE = 1e-3
-"""Probability, for runs of one drive with stiffnesses that scatter as those of the others, that one
-of them is so far from the others. A run is refused only if its unit explains it too."""
 
 TINY = float(np.finfo(np.float64).tiny)
 
@@ -61,13 +60,13 @@ class Loop:
     run : Run
     slope : float
         rad/Nm, by least squares.
-    work : float
-        Dissipated work, Nm rad.
+    work : DissipatedWork
+        What the drive dissipated.
     """
 
     run: Run
     slope: float
-    work: float
+    work: DissipatedWork
 
     def misfit(self, curve: MeanCurve, torque_by: float = 1.0, angle_by: float = 1.0) -> float:
         """Rms distance from a curve, apart from a constant, with its columns multiplied, rad."""
@@ -84,12 +83,15 @@ def loops_of(campaign: Campaign) -> list[Loop]:
             continue
         torque = torque - torque.mean()
         slope = float(torque @ lost) / float(torque @ torque)
-        found.append(Loop(run, slope, dissipated_work(torque, lost)))
+        found.append(Loop(run, slope, dissipated_work(run)))
     return found
 
 
-def check_runs_agree(campaign: Campaign) -> None:
+def check_runs_agree(campaign: Campaign, ratio: float | None) -> None:
     """Refuse runs whose sign or unit differs from that of the other runs.
+
+    With an infinite ratio, the lost motion of runs that turn is their output angle: it says nothing
+    about torque and stiffness.
 
     Raises
     ------
@@ -98,12 +100,19 @@ def check_runs_agree(campaign: Campaign) -> None:
     """
     check_temperatures(campaign)
     note_fahrenheit(campaign)
+    if ratio == math.inf and any(turns(run) for run in campaign.runs):
+        return
     check_magnitudes(campaign)
     if any(finding.kind == "ratio" for finding in campaign.findings):
         return
     loops = loops_of(campaign)
     check_signs(loops)
     check_units(loops)
+
+
+def turns(run: Run) -> bool:
+    """Whether the input turns."""
+    return bool(np.ptp(run.columns.get("input_angle", 0.0)) >= STUCK_TURN_RAD)
 
 
 def check_signs(loops: list[Loop]) -> None:
@@ -116,11 +125,12 @@ def check_signs(loops: list[Loop]) -> None:
     if not few:
         return
     curve, _ = curve_of(many)
-    usual = float(np.median([loop.work for loop in many]))
+    usual = sign_of(loop.work for loop in many)
     reversed_runs = [
         loop
         for loop in few
-        if loop.work * usual < 0 and loop.misfit(curve, torque_by=-1.0) < loop.misfit(curve)
+        if sign_of([loop.work]) * usual < 0
+        and loop.misfit(curve, torque_by=-1.0) < loop.misfit(curve)
     ]
     if reversed_runs:
         refuse_loops(
@@ -142,12 +152,7 @@ def check_units(loops: list[Loop]) -> None:
     rest = [loop for loop, out in zip(loops, apart, strict=True) if not out]
     if len(rest) < 2 or len(rest) == len(loops):
         return
-    from scipy import special  # takes half a second to load
-
-    # Student's t of one more run of the same drive.
-    spread = float(np.std(sizes[~apart], ddof=1)) * math.sqrt(1 + 1 / len(rest))
-    chance = 2 * special.stdtr(len(rest) - 1, -far / max(spread, TINY)) * len(loops)
-    apart &= chance < CHANCE
+    apart &= far_from(sizes[~apart], sizes) * len(loops) < DOUBT_CHANCE
     curve, scatter = curve_of(rest)
     usual = float(np.exp(np.median(sizes)))
     swing_Nm = float(np.median([np.std(loop.run.torque_Nm) for loop in rest]))
@@ -174,6 +179,15 @@ def check_units(loops: list[Loop]) -> None:
         )
 
 
+def far_from(usual: FloatArray, values: FloatArray) -> FloatArray:
+    """Probability by Student's t that one more of the usual values is as far from them as each."""
+    from scipy import special  # takes half a second to load
+
+    spread = float(np.std(usual, ddof=1)) * math.sqrt(1 + 1 / usual.size)
+    far = np.abs(values - np.mean(usual)) / max(spread, TINY)
+    return np.asarray(2 * special.stdtr(usual.size - 1, -far))
+
+
 def curve_of(loops: list[Loop]) -> tuple[MeanCurve, float]:
     """Mean curve of loops, and the largest distance of one of them from it, rad."""
     curve = MeanCurve(loop.run for loop in loops)
@@ -183,8 +197,9 @@ def curve_of(loops: list[Loop]) -> tuple[MeanCurve, float]:
 def check_magnitudes(campaign: Campaign) -> None:
     """Refuse runs in which the torque or the lost motion has lost its sign.
 
-    A magnitude is never negative. A lost motion that was not recorded but follows from two angles
-    is none.
+    A magnitude is never negative, comes down to zero where the sign changed, and rises with the
+    size of what it belongs to. A lost motion that was not recorded but follows from two angles is
+    none. An arm that holds a weight has a torque of one sign, which stays away from zero.
     """
     for run in campaign.runs:
         torque, lost = run.torque_Nm, run.lost_motion_rad
@@ -192,13 +207,13 @@ def check_magnitudes(campaign: Campaign) -> None:
             continue
         one_sided = bool(torque.min() >= 0 or torque.max() <= 0)
         if one_sided:
-            signed = lost - np.median(lost)
-            even, returned = linear_share(torque, np.abs(signed)), returns_work(signed, torque)
+            signed, size = lost - np.median(lost), torque
         elif "input_angle" not in run.columns and (lost.min() >= 0 or lost.max() <= 0):
-            even, returned = linear_share(np.abs(torque), lost), returns_work(torque, lost)
+            signed, size = torque, lost
         else:
             continue
-        if even >= CURVE_SHARE and even > linear_share(torque, lost) and returned:
+        even = rising_share(np.abs(size), np.abs(signed)) if comes_to_zero(size) else 0.0
+        if even >= CURVE_SHARE and even > linear_share(torque, lost) and returns_work(signed, size):
             column, other = ("torque_Nm", "lost motion") if one_sided else (LOST, "torque")
             raise InputError(
                 run.file,
@@ -209,20 +224,15 @@ def check_magnitudes(campaign: Campaign) -> None:
             )
 
 
-def integral_over(along: FloatArray, over: FloatArray) -> float:
-    """Integral of `over` d(`along`)."""
-    return float(np.sum(np.diff(along) * (over[1:] + over[:-1]) / 2))
+def comes_to_zero(values: FloatArray) -> bool:
+    """Whether values of one sign are as near to zero as their steps from sample to sample."""
+    return float(np.min(np.abs(values))) <= float(np.max(np.abs(np.diff(values))))
 
 
-def dissipated_work(torque: FloatArray, lost: FloatArray) -> float:
-    """Work that a drive dissipates from the first to the last time at the median torque, Nm rad.
-
-    The integral of -lost motion d(torque) needs no closed loop, only the same torque at both ends.
-    """
-    above = torque > np.median(torque)
-    at = np.flatnonzero(above[1:] != above[:-1])
-    part = slice(at[0], at[-1] + 2) if at.size else slice(0)
-    return -integral_over(torque[part], lost[part])
+def rising_share(torque: FloatArray, lost: FloatArray) -> float:
+    """`linear_share` where the lost motion rises with the torque, else zero."""
+    rises = float((torque - torque.mean()) @ lost) > 0
+    return linear_share(torque, lost) if rises else 0.0
 
 
 def returns_work(along: FloatArray, over: FloatArray) -> bool:
@@ -259,8 +269,8 @@ def check_temperatures(campaign: Campaign) -> None:
 def note_fahrenheit(campaign: Campaign) -> None:
     """Report runs whose temperature is far from that of all others, unless it is in Fahrenheit.
 
-    As stated it is farther from its neighbour than that of any other run, and in Fahrenheit it is
-    among the others. A plan of temperatures may look the same, so nothing is changed.
+    As stated it is an outlier among them (`rules.P_LIMIT`), and in Fahrenheit it is not. A plan of
+    temperatures may look the same, so nothing is changed.
     """
     known = [
         (run, float(np.median(values[np.isfinite(values)])))
@@ -271,12 +281,9 @@ def note_fahrenheit(campaign: Campaign) -> None:
     if len(known) < 3:
         return
     in_order = np.sort([value for _, value in known])
-    steps = np.diff(in_order)
-    *others, highest = np.fmin(np.append(np.inf, steps), np.append(steps, np.inf))
     lowest, next_lower = float(in_order[0]), float(in_order[-2])
     celsius = units.convert(float(in_order[-1]), "F", "C")
-    nearest = float(np.min(np.abs(in_order[:-1] - celsius)))
-    if highest > max(others) >= nearest and lowest <= celsius <= next_lower:
+    if lowest <= celsius <= next_lower and far_from(in_order[:-1], in_order[-1:]) < rules.P_LIMIT:
         run, value = max(known, key=lambda one: one[1])
         action = (
             f"{value:.4g} C, and {lowest:.4g} to {next_lower:.4g} C in the other runs: if it is in "

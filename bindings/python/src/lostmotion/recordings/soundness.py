@@ -11,6 +11,7 @@ from lostmotion.arrays import BoolArray, FloatArray
 from lostmotion.errors import InputError
 from lostmotion.recordings.astray import astray, unconnected
 from lostmotion.recordings.campaign import Campaign, Log, Run
+from lostmotion.recordings.dissipated import dissipated_work, sign_of
 from lostmotion.recordings.encoders import (
     FOLLOWED_SLACK,
     OPEN_ACTION,
@@ -413,7 +414,8 @@ def check_ratio(campaign: Campaign, ratio: float | None) -> None:
 def check_sign(campaign: Campaign) -> None:
     """Report a campaign whose lost motion falls with increasing torque: one sign is wrong.
 
-    If a sensor is stuck, or the ratio wrong, the lost motion is not checked.
+    If a sensor is stuck, or the ratio wrong, the lost motion is not checked. An error of position
+    may reverse the slope of an arm's recording, but not the work that it dissipates.
     """
     if any(finding.kind in ("stuck", "ratio") for finding in campaign.findings):
         return
@@ -421,7 +423,8 @@ def check_sign(campaign: Campaign) -> None:
     centred = np.concatenate(
         [run.lost_motion_rad - float(np.mean(run.lost_motion_rad)) for run in campaign.runs]
     )
-    if float(np.dot(torque - torque.mean(), centred)) < 0:
+    falls = float(np.dot(torque - torque.mean(), centred)) < 0
+    if falls and sign_of(map(dissipated_work, campaign.runs)) <= 0:
         campaign.findings.append(
             Finding(
                 "sign",
