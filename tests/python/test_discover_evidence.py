@@ -24,6 +24,7 @@ from lostmotion.effects.conditions import Conditions
 from lostmotion.evidence.contest import Contest
 from lostmotion.evidence.gram import gather
 from lostmotion.evidence.noise import Noise
+from lostmotion.evidence.scatter import solved
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.terms import Term
 from lostmotion.recordings import Campaign, Run
@@ -351,3 +352,10 @@ def test_the_angle_alone_is_that_of_the_whole_evaluation():
     base.deviations[:] = np.random.default_rng(2).normal(size=base.deviations.shape) * 0.01
     base.hysteresis.start[:] = 0.3
     assert base.angle() == pytest.approx(base.at().angle, abs=1e-9)
+
+
+def test_equations_that_rounding_made_singular_have_a_solution() -> None:
+    singular = 1e22 * np.ones((3, 3))
+    assert np.all(np.isfinite(solved(singular, np.ones(3))))
+    regular = np.diag([1.0, 2.0, 4.0])
+    np.testing.assert_allclose(solved(regular, np.ones(3)), [1.0, 0.5, 0.25])

@@ -190,6 +190,15 @@ def factored(h: FloatArray) -> FloatArray:
     raise np.linalg.LinAlgError("normal equations are not finite")
 
 
+def solved(h: FloatArray, side: FloatArray) -> FloatArray:
+    """Solution of normal equations, damped as in `factored` if rounding has made them singular."""
+    try:
+        return np.asarray(np.linalg.solve(h, side))
+    except np.linalg.LinAlgError:
+        factor = factored(h)
+        return np.asarray(np.linalg.solve(factor.T, np.linalg.solve(factor, side)))
+
+
 @dataclass
 class Evaluation:
     """The restricted likelihood at some variances.
