@@ -103,6 +103,9 @@ uint32_t lm_advance_through_effects(const lm_parameters *parameters, lm_memory *
   lm_real *own = progress->own;
   lm_real input = at->torque_Nm;
   lm_real torque_Nm = input;
+  lm_real followed_Nm;
+  lm_real compliance = 1;
+  lm_play_sum sum;
   at->wound_Nm = input;
   at->elastic_rad = 0;
   if (use->effect->kind == LM_EFFECT_TORQUE) {
@@ -116,20 +119,33 @@ uint32_t lm_advance_through_effects(const lm_parameters *parameters, lm_memory *
     at->torque_Nm = torque_Nm;
     at->wound_Nm = torque_Nm;
   }
+  followed_Nm = torque_Nm;
+  if (use < end && use->effect->kind == LM_EFFECT_COMPLIANCE) {
+    for (; use < end && use->effect->kind == LM_EFFECT_COMPLIANCE; ++use) {
+      compliance += use->effect->run(use->value, own, at);
+      own += use->effect->memory_count;
+    }
+    compliance = limit_compliance(compliance);
+    followed_Nm =
+        follow(parameters, &memory->plays, &torque_Nm, compliance, is_told(given->torque_Nm));
+    at->torque_Nm = torque_Nm;
+    at->wound_Nm = torque_Nm;
+  }
   if (use < end && use->effect->kind == LM_EFFECT_WIDTH) {
     lm_real width_scale = 1;
-    at->elastic_rad = EVALUATE_CURVE(&parameters->curve, torque_Nm);
+    at->elastic_rad = compliance * EVALUATE_CURVE(&parameters->curve, torque_Nm);
     for (; use < end && use->effect->kind == LM_EFFECT_WIDTH; ++use) {
       width_scale *= use->effect->run(use->value, own, at);
       own += use->effect->memory_count;
     }
     width_scale = clamp(width_scale, 0, LM_WIDTH_SCALE_MAX);
     memory->width_scale = greatest(memory->width_scale, width_scale);
-    progress->sum =
-        lm_advance_scaled_plays(&parameters->plays, &memory->plays, torque_Nm, width_scale);
+    sum = lm_advance_scaled_plays(&parameters->plays, &memory->plays, followed_Nm, width_scale);
   } else {
-    progress->sum = lm_advance_plays(&parameters->plays, &memory->plays, torque_Nm);
+    sum = lm_advance_plays(&parameters->plays, &memory->plays, followed_Nm);
   }
+  at->wound_Nm = torque_Nm + sum.inside_Nm;
+  at->elastic_rad = compliance * EVALUATE_CURVE(&parameters->curve, at->wound_Nm) + sum.outside_rad;
   progress->use = use;
   progress->own = own;
   return status;

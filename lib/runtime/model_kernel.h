@@ -34,7 +34,7 @@ static inline lm_real believe(lm_real torque_Nm, lm_real before_Nm, lm_real limi
 }
 
 /* The conditions that are sufficient for most effects, and a bit in addition to those of LM_NEEDS_:
- * some effect needs another condition, or changes torque or bands. */
+ * some effect needs another condition, or changes torque, compliance or bands. */
 #define USUAL_NEEDS (LM_NEEDS_TORQUE | LM_NEEDS_TEMPERATURE | LM_NEEDS_TIME)
 #define NEEDS_MORE 0x80000000u
 
@@ -113,16 +113,15 @@ static inline lm_real model_input(const lm_conditions *at) {
 }
 
 #if LM_EFFECTS_MAX > 0
-/* State of a step between effects on torque or bands and effects on the angle. */
+/* State of a step between the effects before the operators' step and effects on the angle. */
 typedef struct lm_progress {
   const lm_effect_use *use; /* the next effect */
   lm_real *own;             /* its memory */
-  lm_play_sum sum;
 } lm_progress;
 
-/* For NEEDS_MORE: reads the conditions that few effects need, runs those on torque and bands, and
- * then the operators' step. at->torque_Nm is the input, and becomes the torque with these effects.
- * Returns what the conditions are stated by. */
+/* For NEEDS_MORE: reads the conditions that few effects need, runs those on torque, compliance and
+ * bands, and then winds the drive up. at->torque_Nm is the input, and becomes the torque with these
+ * effects. Returns what the conditions are stated by. */
 uint32_t lm_advance_through_effects(const lm_parameters *parameters, lm_memory *memory,
                                     const lm_conditions *given, lm_conditions *at, uint32_t needs,
                                     lm_progress *progress);
@@ -147,10 +146,29 @@ static inline void read_moment(lm_conditions *at, const lm_parameters *parameter
 }
 #endif
 
+/* What the operators follow, with the friction of the step before. What is remembered of a missing
+ * torque (not `told`) is what they followed: they stay there, and the torque is found from it. */
+static inline lm_real follow(const lm_parameters *parameters, const lm_play_memory *plays,
+                             lm_real *torque_Nm, lm_real compliance, int told) {
+  const lm_play_bank *bank = &parameters->plays;
+  lm_real limit_Nm = parameters->torque_limit_Nm;
+  lm_real given_Nm = *torque_Nm;
+  if (told) {
+    return believe(followed_torque(bank, plays, given_Nm, compliance), given_Nm, limit_Nm);
+  }
+  *torque_Nm = believe(followed_torque(bank, plays, given_Nm, 1 / compliance), given_Nm, limit_Nm);
+  return given_Nm;
+}
+
+/* A compliance with all effects on it. */
+static inline lm_real limit_compliance(lm_real compliance) {
+  return clamp(compliance, 1 / LM_COMPLIANCE_MAX, LM_COMPLIANCE_MAX);
+}
+
 /* One step to a valid input, `elapsed_s` after the one before (take_elapsed); `needs` those of the
- * parameters. Adds to *status what the conditions are stated by. Effects come in the order torque,
- * width, angle, and take their memory one after the other. Most are angles that need only torque
- * and temperature; everything else is outside their path. */
+ * parameters. Adds to *status what the conditions are stated by. Effects come in the order of their
+ * kinds and take their memory one after the other. Most are angles that need only torque and
+ * temperature; everything else is outside their path. */
 static inline lm_real step_model(const lm_parameters *parameters, lm_memory *memory,
                                  const lm_conditions *given, lm_real input, lm_real elapsed_s,
                                  uint32_t needs, uint32_t *status) {
@@ -188,14 +206,13 @@ static inline lm_real step_model(const lm_parameters *parameters, lm_memory *mem
     left -= (int32_t)(progress.use - use);
     use = progress.use;
     own = progress.own;
-    sum = progress.sum;
-    input = at.torque_Nm;
+    angle_rad = at.elastic_rad;
   } else {
     sum = advance_plays(&parameters->plays, &memory->plays, input);
+    at.wound_Nm = input + sum.inside_Nm;
+    angle_rad = EVALUATE_CURVE(&parameters->curve, at.wound_Nm) + sum.outside_rad;
+    at.elastic_rad = angle_rad;
   }
-  at.wound_Nm = input + sum.inside_Nm;
-  angle_rad = EVALUATE_CURVE(&parameters->curve, at.wound_Nm) + sum.outside_rad;
-  at.elastic_rad = angle_rad;
   for (; left > 0; --left) {
     const lm_effect *effect = use->effect;
     angle_rad += effect->run(use->value, own, &at);

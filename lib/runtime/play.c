@@ -258,3 +258,32 @@ void lm_run_plays(const lm_real *radius_Nm, const lm_real *widening, int32_t ope
     }
   }
 }
+
+void lm_find_followed(const lm_play_bank *bank, const lm_real *radius_Nm, const lm_real *widening,
+                      const lm_real *share, int32_t operators, const lm_real *torque_Nm,
+                      const lm_real *compliance, const lm_real *width_scale, int64_t count,
+                      lm_real *difference_Nm, lm_real *followed_Nm) {
+  lm_real inside_Nm = 0;
+  lm_real before_Nm = 0;
+  int64_t k;
+  int32_t i;
+  for (i = 0; i < operators; ++i) {
+    inside_Nm += share[i] * difference_Nm[i];
+  }
+  for (k = 0; k < count; ++k) {
+    lm_real to_Nm = softened_torque(bank, torque_Nm[k], inside_Nm, compliance[k]);
+    lm_real now_Nm = envelope_at(bank, to_Nm);
+    lm_real moved_Nm = k > 0 ? now_Nm - before_Nm : 0;
+    inside_Nm = 0;
+    for (i = 0; i < operators; ++i) {
+      lm_real half_Nm = radius_Nm[i] + held_widening(widening[i]) * absolute(now_Nm);
+      if (width_scale) {
+        half_Nm *= width_scale[k];
+      }
+      difference_Nm[i] = clamp(difference_Nm[i] - moved_Nm, -half_Nm, half_Nm);
+      inside_Nm += share[i] * difference_Nm[i];
+    }
+    followed_Nm[k] = now_Nm;
+    before_Nm = now_Nm;
+  }
+}

@@ -66,6 +66,26 @@ static inline lm_real envelope_at(const lm_play_bank *bank, lm_real torque_Nm) {
 }
 #endif
 
+/* The torque that the operators follow if the compliance is multiplied by a factor. Friction in
+ * parallel moves with the angle, which changes in proportion to the curve at the torque less that
+ * friction, T_e; the envelope stands for the curve: (compliance - 1) U(T_e) / U'(T_e) is added, the
+ * effect to first order. */
+static inline lm_real softened_torque(const lm_play_bank *bank, lm_real torque_Nm,
+                                      lm_real inside_Nm, lm_real compliance) {
+  lm_real wound_Nm = torque_Nm + inside_Nm;
+#if LM_ENVELOPE > 0
+  if (is_positive(bank->envelope_Nm)) {
+    lm_real share = absolute(wound_Nm) / bank->knee_Nm;
+    lm_real square = 1 + share * (1 + share);
+    lm_real slope = 1 + bank->envelope_Nm / bank->knee_Nm * (1 + 2 * share) / (square * square);
+    return torque_Nm + (compliance - 1) * (envelope_at(bank, wound_Nm) / slope);
+  }
+#else
+  (void)bank;
+#endif
+  return torque_Nm + (compliance - 1) * wound_Nm;
+}
+
 /* Begins with the state of the first operator: adding it to zero would cost an addition, 70
  * instructions without an FPU. */
 static inline void start_sum(running_sum *sum, const lm_play_bank *bank, lm_real z_Nm) {
@@ -115,6 +135,26 @@ static inline lm_real push_play(const lm_play_slot *slot, lm_real *place_Nm, lm_
   }
   *place_Nm = z_Nm;
   return z_Nm;
+}
+
+/* Torque that friction in parallel adds to the torque in a state of the memory, T_e - T. */
+static inline lm_real friction_inside(const lm_play_bank *bank, const lm_play_memory *memory) {
+  lm_real inside_Nm = -bank->inside_share * envelope_at(bank, memory->torque_Nm);
+  int32_t i;
+  for (i = bank->outside_count; i < bank->count; ++i) {
+    inside_Nm += bank->slot[i].weight * memory->z_Nm[i];
+  }
+  return inside_Nm;
+}
+
+/* The torque that a bank follows from a state of its memory; operators that are all in series follow
+ * the torque itself. */
+static inline lm_real followed_torque(const lm_play_bank *bank, const lm_play_memory *memory,
+                                      lm_real torque_Nm, lm_real compliance) {
+  if (bank->outside_count == bank->count) {
+    return torque_Nm;
+  }
+  return softened_torque(bank, torque_Nm, friction_inside(bank, memory), compliance);
 }
 
 /* One direction of the torque: only the edge on its far side can push. */

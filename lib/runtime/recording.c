@@ -67,12 +67,13 @@ static int32_t constant_slots(const lm_play_bank *bank) {
 /* Torsion curve and operators. `slots` is a constant wherever this is inlined, so that the loop
  * over the operators is written out; 0: by the kernel of the controller. */
 static inline lm_real wind_up(const lm_parameters *parameters, lm_memory *memory, int32_t slots,
-                              lm_real torque_Nm, lm_real *wound_Nm) {
+                              lm_real torque_Nm, lm_real followed_Nm, lm_real compliance,
+                              lm_real *wound_Nm) {
   lm_play_sum sum = slots > 0
-                        ? advance_constant(&parameters->plays, slots, &memory->plays, torque_Nm)
-                        : advance_plays(&parameters->plays, &memory->plays, torque_Nm);
+                        ? advance_constant(&parameters->plays, slots, &memory->plays, followed_Nm)
+                        : advance_plays(&parameters->plays, &memory->plays, followed_Nm);
   *wound_Nm = torque_Nm + sum.inside_Nm;
-  return evaluate_curve(&parameters->curve, *wound_Nm) + sum.outside_rad;
+  return compliance * evaluate_curve(&parameters->curve, *wound_Nm) + sum.outside_rad;
 }
 
 static inline void run_plain(const lm_parameters *parameters, lm_memory *memory, int32_t slots,
@@ -81,7 +82,7 @@ static inline void run_plain(const lm_parameters *parameters, lm_memory *memory,
   int64_t k;
   for (k = 0; k < recording->count; ++k) {
     lm_real torque_Nm = input_of(parameters, recording->torque_Nm, k, memory->plays.torque_Nm);
-    angle_rad[k] = wind_up(parameters, memory, slots, torque_Nm, &wound_Nm);
+    angle_rad[k] = wind_up(parameters, memory, slots, torque_Nm, torque_Nm, 1, &wound_Nm);
   }
 }
 
@@ -104,6 +105,8 @@ static lm_real *own_memory(lm_memory *memory, int32_t at) {
 /* A block of samples on their way through the effects. */
 typedef struct block {
   lm_conditions at[BLOCK];
+  lm_real compliance[BLOCK];
+  lm_real followed_Nm[BLOCK];
   lm_real width_scale[BLOCK];
   int32_t rows;
 } block;
@@ -152,30 +155,46 @@ static void read_columns(block *b, const lm_parameters *parameters, uint32_t nee
   }
 }
 
-/* Input torque of the operators, sample by sample; an invalid one is replaced by the previous. */
-static void find_torques(const lm_parameters *parameters, int32_t count, lm_memory *memory,
-                         block *b, const lm_real *column, int64_t from) {
+/* Torque, compliance and what the operators follow, by the effects before `torques` and from there
+ * to before `end`, sample by sample; an invalid torque is replaced by the previous. */
+static void find_torques(const lm_parameters *parameters, int32_t torques, int32_t end,
+                         lm_memory *memory, block *b, const lm_real *column, int64_t from) {
+  lm_real limit_Nm = parameters->torque_limit_Nm;
   lm_real before_Nm = memory->plays.torque_Nm;
   int32_t k;
   for (k = 0; k < b->rows; ++k) {
     lm_conditions *at = &b->at[k];
     lm_real measured_Nm = input_of(parameters, column, from + k, before_Nm);
     lm_real torque_Nm = measured_Nm;
+    lm_real compliance = 1;
+    int told = !column || is_told(column[from + k]);
     int32_t own = 0;
     int32_t e;
     at->torque_Nm = measured_Nm;
     at->wound_Nm = measured_Nm;
     at->elastic_rad = 0;
-    for (e = 0; e < count; ++e) {
+    for (e = 0; e < torques; ++e) {
       const lm_effect_use *use = &parameters->effect[e];
       torque_Nm += use->effect->run(use->value, own_memory(memory, own), at);
       own += use->effect->memory_count;
     }
-    before_Nm = column && !is_told(column[from + k])
-                    ? measured_Nm
-                    : believe(torque_Nm, measured_Nm, parameters->torque_limit_Nm);
-    at->torque_Nm = before_Nm;
-    at->wound_Nm = before_Nm;
+    torque_Nm = told ? believe(torque_Nm, measured_Nm, limit_Nm) : measured_Nm;
+    at->torque_Nm = torque_Nm;
+    at->wound_Nm = torque_Nm;
+    before_Nm = torque_Nm;
+    if (torques < end) {
+      for (e = torques; e < end; ++e) {
+        const lm_effect_use *use = &parameters->effect[e];
+        compliance += use->effect->run(use->value, own_memory(memory, own), at);
+        own += use->effect->memory_count;
+      }
+      compliance = limit_compliance(compliance);
+      before_Nm = follow(parameters, &memory->plays, &torque_Nm, compliance, told);
+      at->torque_Nm = torque_Nm;
+      at->wound_Nm = torque_Nm;
+    }
+    b->compliance[k] = compliance;
+    b->followed_Nm[k] = before_Nm;
   }
 }
 
@@ -189,13 +208,15 @@ static inline void wind_up_block(const lm_parameters *parameters, lm_memory *mem
   for (k = 0; k < b->rows; ++k) {
     lm_conditions *at = &b->at[k];
     if (slots != WIDENED) {
-      angle_rad[k] = wind_up(parameters, memory, slots, at->torque_Nm, &at->wound_Nm);
+      angle_rad[k] = wind_up(parameters, memory, slots, at->torque_Nm, b->followed_Nm[k],
+                             b->compliance[k], &at->wound_Nm);
     } else {
       lm_real scale = clamp(b->width_scale[k], 0, LM_WIDTH_SCALE_MAX);
       lm_play_sum sum =
-          lm_advance_scaled_plays(&parameters->plays, &memory->plays, at->torque_Nm, scale);
+          lm_advance_scaled_plays(&parameters->plays, &memory->plays, b->followed_Nm[k], scale);
       at->wound_Nm = at->torque_Nm + sum.inside_Nm;
-      angle_rad[k] = evaluate_curve(&parameters->curve, at->wound_Nm) + sum.outside_rad;
+      angle_rad[k] =
+          b->compliance[k] * evaluate_curve(&parameters->curve, at->wound_Nm) + sum.outside_rad;
       memory->width_scale = greatest(memory->width_scale, scale);
     }
     at->elastic_rad = angle_rad[k];
@@ -230,7 +251,7 @@ static void scale_widths(const lm_parameters *parameters, int32_t first, int32_t
   int32_t k;
   for (k = 0; k < b->rows; ++k) {
     lm_conditions *at = &b->at[k];
-    at->elastic_rad = evaluate_curve(&parameters->curve, at->torque_Nm);
+    at->elastic_rad = b->compliance[k] * evaluate_curve(&parameters->curve, at->torque_Nm);
     b->width_scale[k] = 1;
   }
   for (e = first; e < end; ++e) {
@@ -260,9 +281,12 @@ static void add_angles(const lm_parameters *parameters, int32_t first, lm_memory
 
 static void run_with_effects(const lm_parameters *parameters, lm_memory *memory, int32_t slots,
                              const lm_recording *recording, lm_real *angle_rad) {
-  int32_t widths = effects_up_to(parameters, LM_EFFECT_TORQUE);
+  int32_t torques = effects_up_to(parameters, LM_EFFECT_TORQUE);
+  int32_t widths = effects_up_to(parameters, LM_EFFECT_COMPLIANCE);
   int32_t angles = effects_up_to(parameters, LM_EFFECT_WIDTH);
   int32_t bands = angles > widths ? WIDENED : slots;
+  /* What operators follow under effects on the compliance depends on the sample before. */
+  int64_t rows = widths > torques ? 1 : BLOCK;
   uint32_t needs = needs_of(parameters);
   int64_t from;
   block b;
@@ -270,9 +294,9 @@ static void run_with_effects(const lm_parameters *parameters, lm_memory *memory,
   for (from = 0; from < recording->count; from += b.rows) {
     int64_t left = recording->count - from;
     lm_real *angle = &angle_rad[from];
-    b.rows = left < BLOCK ? (int32_t)left : BLOCK;
+    b.rows = (int32_t)(left < rows ? left : rows);
     read_columns(&b, parameters, needs, recording, from);
-    find_torques(parameters, widths, memory, &b, recording->torque_Nm, from);
+    find_torques(parameters, torques, widths, memory, &b, recording->torque_Nm, from);
     if (bands == WIDENED) {
       scale_widths(parameters, widths, angles, memory, &b);
       wind_up_block(parameters, memory, WIDENED, &b, angle);

@@ -266,6 +266,114 @@ TEST(a_bad_torque_effect_is_contained) {
   TEST_ASSERT_TRUE(memory.plays.torque_Nm == 80);
 }
 
+/* Friction in parallel follows the angle: on a drive 2.5 % softer its operators follow 2.5 % more of
+ * the torque that winds the drive up. In series it follows the torque. */
+TEST(a_compliance_scales_the_angle_and_what_friction_follows) {
+  const lm_real softer = LM_REAL(1.025);
+  int inside;
+  for (inside = 0; inside < 2; ++inside) {
+    const lm_real more = inside ? softer - 1 : 0;
+    lm_memory other;
+    lm_parameters plain;
+    lm_real wound_Nm;
+    lm_real load_Nm;
+    lm_play_sum sum = {0, 0};
+    parameters = size20();
+    lm_start_model(&memory, 0);
+    other = memory;
+    if (inside) {
+      put_friction_inside(&parameters);
+    }
+    plain = parameters;
+    add_effect(&parameters, &lm_effect_thermal_stiffness, LM_REAL(0.001), 0);
+    TEST_ASSERT_EQUAL(LM_OK, lm_check_parameters(&parameters, &fault));
+    at.temperature_C = LM_REFERENCE_TEMPERATURE_C + 25;
+    for (load_Nm = 40; load_Nm > -40; load_Nm -= 7) {
+      lm_real angle = step(load_Nm);
+      lm_real expected;
+      wound_Nm = load_Nm + sum.inside_Nm;
+      sum = lm_advance_plays(&plain.plays, &other.plays, load_Nm + more * wound_Nm);
+      wound_Nm = load_Nm + sum.inside_Nm;
+      expected = softer * lm_evaluate_curve(&plain.curve, wound_Nm) + sum.outside_rad;
+      TEST_ASSERT_TRUE(distance(angle, expected) < LM_REAL(1e-4) * ARCMIN);
+    }
+  }
+}
+
+/* At the steepest envelope of a fit, for the softest and the stiffest drive. */
+TEST(what_the_operators_follow_rises_with_the_torque) {
+  const lm_play play = {LM_REAL(0.5), 0, LM_REAL(0.1)};
+  int softest;
+  for (softest = 0; softest < 2; ++softest) {
+    lm_real load_Nm;
+    lm_real before_Nm;
+    parameters = size20();
+    (void)lm_build_play_bank(&parameters.plays, &play, 1, 0, 0);
+    TEST_ASSERT_EQUAL(LM_OK, lm_set_envelope(&parameters.plays, 30, 6, &fault));
+    add_effect(&parameters, &lm_effect_thermal_stiffness, LM_REAL(0.01), 0);
+    at.temperature_C = LM_REFERENCE_TEMPERATURE_C + (softest ? 90 : -90);
+    step(0);
+    before_Nm = memory.plays.torque_Nm;
+    for (load_Nm = LM_REAL(0.125); load_Nm <= 20; load_Nm += LM_REAL(0.125)) {
+      step(load_Nm);
+      TEST_ASSERT_TRUE(memory.plays.torque_Nm > before_Nm);
+      before_Nm = memory.plays.torque_Nm;
+    }
+  }
+}
+
+/* While a loaded drive turns, the modulated compliance makes it oscillate, and friction with it:
+ * narrow bands forget where the load came from. */
+TEST(a_modulated_compliance_shakes_friction_at_a_constant_torque) {
+  const lm_play play = {LM_REAL(0.5), LM_REAL(0.5 / 80), LM_REAL(0.1)};
+  const lm_real band_rad = 2 * play.weight * (LM_REAL(0.5) + LM_REAL(0.5 / 80) * 20) / 25000;
+  lm_real apart[2];
+  int turning;
+  for (turning = 0; turning < 2; ++turning) {
+    lm_real reached[2];
+    int from;
+    for (from = 0; from < 2; ++from) {
+      int k;
+      parameters = size20();
+      (void)lm_build_play_bank(&parameters.plays, &play, 1, 0, 0);
+      lm_start_model(&memory, 0);
+      add_effect(&parameters, &lm_effect_stiffness_modulation, LM_REAL(0.04), 0);
+      at.input_angle_rad = 0;
+      step(from ? 40 : 0);
+      step(20);
+      for (k = 0; turning && k < 200; ++k) {
+        at.input_angle_rad += LM_REAL(0.1);
+        step(20);
+      }
+      at.input_angle_rad = 0;
+      reached[from] = step(20);
+    }
+    apart[turning] = reached[1] - reached[0];
+  }
+  TEST_ASSERT_TRUE(distance(apart[0], band_rad) < LM_REAL(0.06) * band_rad);
+  TEST_ASSERT_TRUE(distance(apart[1], 0) < LM_REAL(1e-3) * band_rad);
+}
+
+/* Without a torque the operators stay where they are, however long; the compliance does not add up. */
+TEST(a_missing_torque_stays_under_a_changing_compliance) {
+  lm_memory held;
+  int k;
+  put_friction_inside(&parameters);
+  follow_envelope(&parameters);
+  add_effect(&parameters, &lm_effect_stiffness_modulation, LM_REAL(0.04), 0);
+  step(20);
+  at.input_angle_rad = LM_REAL(0.7);
+  held = memory;
+  step(20);
+  TEST_ASSERT_TRUE(memory.plays.torque_Nm != held.plays.torque_Nm);
+  held = memory;
+  for (k = 0; k < 1000; ++k) {
+    at.input_angle_rad += LM_REAL(0.1);
+    step(LM_UNKNOWN);
+    TEST_ASSERT_EQUAL_MEMORY(&held.plays, &memory.plays, sizeof held.plays);
+  }
+}
+
 TEST(conditions_that_are_not_finite_are_not_known) {
   lm_real zero = 0;
   lm_real nan = zero / zero;

@@ -298,7 +298,7 @@ TEST(a_users_effect_that_cannot_be_run_is_refused) {
   add_effect(&parameters, &own, 0, 0);
   expect(LM_OUT_OF_RANGE, "value_count");
   own = sound;
-  own.kind = (lm_effect_kind)3;
+  own.kind = (lm_effect_kind)(LM_EFFECT_ANGLE + 1);
   add_effect(&parameters, &own, 0, 0);
   expect(LM_OUT_OF_RANGE, "kind");
   own = sound;

@@ -33,5 +33,8 @@ def test_both_effects_are_named_though_few_runs_show_one(
     drive = read_drive(tmp_path / f"{truth['name']}.toml")
     campaign = read_campaign(tmp_path / f"{truth['name']}.csv.gz", ratio=drive.ratio)
     found = diagnose(drive, campaign)
-    assert (found.verdict, sorted(found.effects)) == ("missing-effect", pair)
-    assert found.ladder[-1]["rms_arcsec"] < 1.1 * truth["noise_arcsec_rms"]
+    assert sorted(found.effects) == pair
+    # The rig modulates the stiffness without the gap, the library the whole angle.
+    remains = sum(float(shape["rms_arcsec"]) for shape in found.unexplained["depends_on"])
+    assert remains < 0.15 * truth["noise_arcsec_rms"]
+    assert found.ladder[-1]["rms_arcsec"] < 1.05 * truth["noise_arcsec_rms"]

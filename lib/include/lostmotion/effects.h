@@ -3,9 +3,14 @@
  * An effect is a constant `lm_effect`: a function of its values, its memory and the present
  * conditions, with a description. The function returns one number:
  *
- *     LM_EFFECT_TORQUE   torque to add, N*m (sensor offset, scale)
- *     LM_EFFECT_WIDTH    factor on the width of the friction bands (grease, temperature)
- *     LM_EFFECT_ANGLE    lost motion to add, rad (everything else)
+ *     LM_EFFECT_TORQUE      torque to add, N*m (sensor offset, scale)
+ *     LM_EFFECT_COMPLIANCE  relative change of the compliance (stiffness over an angle, temperature)
+ *     LM_EFFECT_WIDTH       factor on the width of the friction bands (grease, temperature)
+ *     LM_EFFECT_ANGLE       lost motion to add, rad (everything else)
+ *
+ * Friction in the mesh follows the angle that the drive winds up by. A changed compliance therefore
+ * moves it even at a constant torque, in proportion to the torque less the friction itself: the
+ * operators follow the torque at which the drive winds up by as much without the change (model.h).
  *
  * The same compiled function runs over whole recordings on the desktop (lm_run_effect) and once a
  * tick on the controller. Effects that the parameters do not name are not linked.
@@ -50,8 +55,9 @@ LM_BEGIN_DECLS
 #define LM_CONDITION_FIELD(field, ...) lm_real field;
 typedef struct lm_conditions {
   LM_CONDITION_LIST(LM_CONDITION_FIELD, LM_CONDITION_FIELD, LM_CONDITION_FIELD, LM_CONDITION_FIELD)
-  lm_real elastic_rad; /* angle of torsion curve and friction at the torque; for LM_EFFECT_WIDTH,
-                          before friction has acted, of the curve; set by the model */
+  lm_real elastic_rad; /* angle of torsion curve and friction at the torque, with effects on the
+                          compliance; for LM_EFFECT_WIDTH, before friction has acted, of the curve;
+                          set by the model */
   lm_real wound_Nm; /* torque minus friction in parallel with the spring; it winds the drive up and
                        closes gaps in the mesh; set by the model */
 } lm_conditions;
@@ -88,9 +94,15 @@ extern const lm_condition_card lm_condition_cards[LM_CONDITION_COUNT];
 /* Meaning of the number that an effect returns; parameters list effects in this order. */
 typedef enum lm_effect_kind {
   LM_EFFECT_TORQUE = 0,
-  LM_EFFECT_WIDTH = 1,
-  LM_EFFECT_ANGLE = 2
+  LM_EFFECT_COMPLIANCE = 1,
+  LM_EFFECT_WIDTH = 2,
+  LM_EFFECT_ANGLE = 3
 } lm_effect_kind;
+
+/* The compliance with all effects on it is between 1 / LM_COMPLIANCE_MAX and LM_COMPLIANCE_MAX
+ * times that of the drive. Within it, what the operators follow (model.h) rises with the torque for
+ * envelopes up to A / K = 5, the largest of a fit; at half the compliance it would fall. */
+#define LM_COMPLIANCE_MAX LM_REAL(1.6)
 
 /* Role of a value in a fit. */
 typedef enum lm_value_role {

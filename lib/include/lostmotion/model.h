@@ -1,8 +1,12 @@
 /* The model on the controller: torque history and conditions in, lost motion out.
  *
  *     T      = clip(torque + torque effects)
- *     T_e, h = operators(T, memory)             friction in parallel and in series
- *     angle  = curve(T_e) + h + angle effects
+ *     s      = 1 + compliance effects
+ *     T'     = T + (s - 1) U(T_f) / U'(T_f)     with the envelope U of play.h, T_f = T + the
+ *                                               T_e - T of the step before; T' = T if all
+ *                                               operators are in series
+ *     T_e, h = T + operators(T', memory)        friction in parallel and in series
+ *     angle  = s curve(T_e) + h + angle effects
  *
  * Effects in the mesh, where friction acts in parallel, use T_e (wound_Nm); effects in line with
  * the mesh, on the input or at the output, use T (torque_Nm).

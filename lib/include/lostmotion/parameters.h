@@ -101,7 +101,7 @@ typedef struct lm_parameters {
 #endif
 #if LM_EFFECTS_MAX > 0
   int32_t effect_count;
-  lm_effect_use effect[LM_EFFECTS_MAX]; /* in the order torque, width, angle */
+  lm_effect_use effect[LM_EFFECTS_MAX]; /* in the order of their kinds */
 #endif
 } lm_parameters;
 

@@ -79,7 +79,7 @@ typedef struct lm_play_bank {
 
 /* The load history, as far as it affects the model. */
 typedef struct lm_play_memory {
-  lm_real torque_Nm;          /* present torque */
+  lm_real torque_Nm;          /* present torque, as they follow it */
   lm_real z_Nm[LM_PLAYS_MAX]; /* each within its band at that torque */
 } lm_play_memory;
 
@@ -156,6 +156,17 @@ void lm_run_play_bank(const lm_play_bank *bank, lm_play_memory *memory, const lm
 void lm_run_plays(const lm_real *radius_Nm, const lm_real *widening, int32_t operators,
                   lm_real *z_Nm, const lm_real *torque_Nm, const lm_real *width_scale,
                   int64_t count, lm_real *difference_Nm);
+
+/* For the estimation of weights under effects on the compliance: the envelope U(T') [N*m] that
+ * operators follow at every sample, T' of model.h. The bank is read for its envelope only.
+ * radius_Nm, widening, share[operators], 0 or more, of friction in parallel, as in
+ * lm_build_play_bank; torque_Nm[count]; compliance[count], within LM_COMPLIANCE_MAX; width_scale as
+ * in lm_run_plays. difference_Nm[operators] carries z_i - U in and out; followed_Nm[count] is
+ * written. Numbers are finite and not checked; operators and count from 0. */
+void lm_find_followed(const lm_play_bank *bank, const lm_real *radius_Nm, const lm_real *widening,
+                      const lm_real *share, int32_t operators, const lm_real *torque_Nm,
+                      const lm_real *compliance, const lm_real *width_scale, int64_t count,
+                      lm_real *difference_Nm, lm_real *followed_Nm);
 
 LM_END_DECLS
 

@@ -9,14 +9,14 @@ enum { COSINE, SINE, VALUES };
 static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *at) {
   (void)memory;
   lm_sine_cosine two = lm_sine_and_cosine(2 * at->input_angle_rad);
-  return at->elastic_rad * (value[COSINE] * two.cosine + value[SINE] * two.sine);
+  return value[COSINE] * two.cosine + value[SINE] * two.sine;
 }
 
 #if LM_EFFECT_CARDS
 static const lm_effect_card card = {
     "stiffness_modulation",
     "stiffness varies with the angle of the wave generator",
-    "elastic_angle (cosine cos(2 input_angle) + sine sin(2 input_angle))",
+    "compliance (1 + cosine cos(2 input_angle) + sine sin(2 input_angle))",
     "0.5 to 4 % of the elastic angle",
     "kinematic_error, lobe_eccentricity",
     "amplitude against |torque|: it grows with the elastic angle and changes sign with it",
@@ -27,7 +27,7 @@ static const lm_effect_card card = {
 
 const lm_effect lm_effect_stiffness_modulation = {
     0x3a2cdefau,
-    LM_EFFECT_ANGLE,
+    LM_EFFECT_COMPLIANCE,
     VALUES,
     0,
     LM_NEEDS_TORQUE | LM_NEEDS_INPUT_ANGLE,

@@ -7,14 +7,14 @@ enum { SHARE_PER_K, VALUES };
 /* Young's modulus falls as steel warms. */
 static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *at) {
   (void)memory;
-  return value[SHARE_PER_K] * (at->temperature_C - LM_REFERENCE_TEMPERATURE_C) * at->elastic_rad;
+  return value[SHARE_PER_K] * (at->temperature_C - LM_REFERENCE_TEMPERATURE_C);
 }
 
 #if LM_EFFECT_CARDS
 static const lm_effect_card card = {
     "thermal_stiffness",
     "the elastic moduli fall as the drive warms",
-    "share_per_K (temperature - 20 C) elastic_angle",
+    "compliance (1 + share_per_K (temperature - 20 C))",
     "3 to 4 arcsec at rated torque and 40 K",
     "thermal_gap, torque_scale, creep",
     "its angle grows with torque, that of a thermal gap does not",
@@ -23,7 +23,7 @@ static const lm_effect_card card = {
 #endif
 
 const lm_effect lm_effect_thermal_stiffness = {0x697e419au,
-                                               LM_EFFECT_ANGLE,
+                                               LM_EFFECT_COMPLIANCE,
                                                VALUES,
                                                0,
                                                LM_NEEDS_TORQUE | LM_NEEDS_TEMPERATURE,

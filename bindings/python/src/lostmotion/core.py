@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -16,9 +16,9 @@ Bits = Literal[32, 64]
 
 Array = npt.NDArray[Any]
 
-Kind = Literal["torque", "width", "angle"]
+Kind = Literal["torque", "compliance", "width", "angle"]
 
-KINDS: tuple[Kind, ...] = ("torque", "width", "angle")
+KINDS: tuple[Kind, ...] = get_args(Kind)
 """Kinds of effects in the order of `lm_effect_kind`."""
 
 FILLED_IN = ("elastic_rad", "wound_Nm")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -329,13 +329,14 @@ def _compare(
     )
     c = inside.conditions
     measured = c.centred(c.lost_motion)
-    driven, _, plays, wound = inside.driven()
+    driven = inside.driven()
     if inside.hysteresis.unfitted:
         sheet = torsion_curve if inside.sheet is None else inside.sheet
-        stands = inside.angles(driven, plays, driven, sheet(driven) / ARCSEC)[1]
+        driven = replace(driven, wound=driven.torque)
+        curve = sheet(driven.torque) / ARCSEC
     else:
-        stands = inside.angles(driven, plays, wound, inside.curve.angle(wound))[1]
-    stands = measured - c.centred(stands)
+        curve = inside.curve.angle(driven.wound)
+    stands = measured - c.centred(inside.angles(driven, curve)[1])
     seen = runs_to_fit(campaign, fit_on)
     rows = None if seen.all() else seen[c.run_of]
 

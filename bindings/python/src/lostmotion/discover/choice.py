@@ -56,22 +56,29 @@ def choose(model: GrowingModel, current: ContestRound, results: list[Result], le
     error finds it (`GrowingModel.more_starts`): then it is selected first, as a form would be,
     and only such candidates are its rivals. Every rival is tried in the model: by tangents alone,
     effects may seem to be confounded that their models separate. So is what the card of the
-    selected effect names, however small its tangent is. One that was tried must pass as the
-    selected one does.
+    selected effect names, however small its tangent is. If one of these is selected in turn, so
+    are its rivals. One that was tried must pass as the selected one does.
     """
     apart = [result for result in results if not current.candidates[result.name].of_form]
     contenders, rejected = try_shortlist(model, current, apart, least)
-    step = choose_among(model, current, results, least, contenders, rejected)
-    known = {contender.name for contender in step.contenders}
-    untried = [
-        Lead(current, result, None)
-        for result in apart
-        if result.name in step.rivals and result.name not in known
-    ]
-    if untried:
-        contenders = best_starts(model, contenders + try_leads(model, untried, least, current))
+    tried = {contender.name for contender in contenders}
+    while True:
         step = choose_among(model, current, results, least, contenders, rejected)
-    return step
+        selected = step.selected
+        if selected is None or not selected.candidate.named:
+            return step
+        tried |= {contender.name for contender in step.contenders}
+        named = {*step.rivals, *confused_with(selected)}
+        untried = [
+            Lead(current, result, None)
+            for result in apart
+            if result.name in named - tried and may_be_rival(current, result, selected)
+        ]
+        if not untried:
+            return step
+        tried |= {lead.name for lead in untried}
+        contenders = best_starts(model, contenders + try_leads(model, untried, least, current))
+        rejected = rejected | {lead.name for lead in untried} - {c.name for c in contenders}
 
 
 def choose_among(

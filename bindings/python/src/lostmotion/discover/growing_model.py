@@ -144,6 +144,9 @@ class GrowingModel(ABC):
         """Leads from a model in which the runs have no deviations."""
         return []
 
+    def mark_rejected(self, current: ContestRound) -> None:  # noqa: B027
+        """Mark in the last round, for the answer, what refits found confounded with the form."""
+
     def beats_forms(self, contender: Contender) -> bool:
         """Whether an effect predicts better than the forms that may imitate it."""
         return True

@@ -126,6 +126,8 @@ class RecordedModel(GrowingModel):
     noise : Noise
     settled : list of Settled
         The model at the start, and after each selected candidate.
+    taking : set of str
+        Candidates of the present round that explain, refitted, only what the form error did.
     """
 
     def __init__(self, base: BaselineModel, effects: Mapping[str, Effect], ratio: float) -> None:
@@ -149,6 +151,7 @@ class RecordedModel(GrowingModel):
         self.left_out = LeftOutResiduals()
         self.beating: dict[int, tuple[Settled, bool]] = {}
         self.formless: RecordedRound | None = None
+        self.taking: set[str] = set()
         first = self.settled[0].base
         self.given = {
             term.effect.name: term_size(first, place)
@@ -169,7 +172,7 @@ class RecordedModel(GrowingModel):
         """See `GrowingModel`; the noise is estimated again, and the model is linearised for it."""
         base = self.now.base
         candidates, closed = self.candidates(base)
-        self.tried = {}
+        self.tried, self.taking = {}, set()
         now = self.now
         if self.rounds:
             self.largest = largest_model(base, candidates)
@@ -204,7 +207,15 @@ class RecordedModel(GrowingModel):
             return None
         if start is self.formless:
             return self.beside_form_error(found)
-        return None if self.takes_from_form(found) else found
+        if self.takes_from_form(found):
+            self.taking.add(found.name)
+            return None
+        return found
+
+    def mark_rejected(self, current: ContestRound) -> None:
+        """See `GrowingModel`."""
+        for name in self.taking & current.candidates.keys():
+            current.candidates[name].of_form = True
 
     def takes_from_form(self, found: Contender) -> bool:
         """Whether a candidate explains only what the form error explained before.

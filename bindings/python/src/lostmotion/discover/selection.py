@@ -49,6 +49,7 @@ def select(model: GrowingModel, say: Callable[[str], None] = lambda _: None) -> 
         steps.append(step)
         best = step.selected
         if best is None:
+            model.mark_rejected(current)
             return steps
         if not best.candidate.named and any(not one.candidate.named for one in taken):
             return steps

@@ -83,16 +83,18 @@ def term_size(base: BaselineModel, place: int) -> float:
 def beyond_form(base: BaselineModel, added: Term | Additive) -> float:
     """Share of what an effect or a shape contributes that no other form of the hysteresis follows.
 
-    Of its mean square beside the rest of the model.
+    Of its mean square beside the rest of the model, linearised without it: beside columns that have
+    an effect on the compliance in them, the effect itself would be the difference of two forms.
     """
-    places = base.places_of(added)[0]
-    if isinstance(added, Term):
-        angle = term_angle(base, next(k for k, t in enumerate(base.terms) if t is added))
-    else:
-        angle = added.columns @ added.coefficients
-    own = np.arange(places.start, places.stop)
-    fixed = np.delete(base.fixed_columns(base.at()), own, axis=1)
-    others = Projector(fixed)
+    without = base.copy()
+    without.terms = [
+        own for own, term in zip(without.terms, base.terms, strict=True) if term is not added
+    ]
+    without.additives = [
+        own for own, one in zip(without.additives, base.additives, strict=True) if one is not added
+    ]
+    angle = base.angle() - without.angle()
+    others = Projector(without.fixed_columns(without.at()))
     rest, beyond = others.size(angle), others.size_beyond(base.form_basis, angle)
     return (beyond / rest) ** 2 if rest > 0.0 else 1.0
 

@@ -103,9 +103,9 @@ class Effect:
     Attributes
     ----------
     name : str
-    kind : {"torque", "width", "angle"}
-        What the function returns: N m to add to the torque, a factor on the width of the friction,
-        or rad to add to the lost motion.
+    kind : {"torque", "compliance", "width", "angle"}
+        What the function returns: N m to add to the torque, a relative change of the compliance, a
+        factor on the width of the friction, or rad to add to the lost motion.
     values : tuple of Value
     needs : frozenset of str
         Conditions without which it cannot be tested.
@@ -248,14 +248,15 @@ class Effect:
     def turns_with_torque(self, conditions: Conditions) -> bool:
         """Whether the lost motion that it causes changes its sign with torque and motion.
 
-        That of every hysteresis does which is the same in both directions; its width does not. The
-        effect may compute in single precision.
+        That of every hysteresis does which is the same in both directions; its width and the
+        compliance do not. The effect may compute in single precision.
         """
 
         def turns() -> bool:
             both = (conditions, conditions.mirrored())
             there, back = (self.run(self.typical, c, c.torque, c.torque) for c in both)
-            rest = there - back if self.kind == "width" else there + back
+            even = self.kind in ("compliance", "width")
+            rest = there - back if even else there + back
             rounding = float(np.finfo(np.float32).eps) * np.max(np.abs(there))
             return bool(np.max(np.abs(rest)) <= rounding)
 
@@ -379,7 +380,7 @@ def effect(
     values : sequence of Value
     needs : sequence of str
         Names of conditions, see `NEEDS`.
-    kind : {"torque", "width", "angle"}
+    kind : {"torque", "compliance", "width", "angle"}
     name : str, optional
         By default that of the function.
     absorbed, told_by, steps : optional

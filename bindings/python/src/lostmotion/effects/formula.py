@@ -117,7 +117,7 @@ def formula(
         (``torque_Nm``, ``output_angle_rad`` ..., also ``input_turns`` and ``output_turns``), of
         ``pi`` and of `FUNCTIONS`.
     values : sequence of Value
-    kind : {"torque", "width", "angle"}
+    kind : {"torque", "compliance", "width", "angle"}
 
     Raises
     ------

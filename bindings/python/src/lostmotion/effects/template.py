@@ -27,7 +27,8 @@ from lostmotion.discover import Value, formula
         Value("size_rad_per_K", role="linear", typical=5e-6, low=-1e-3, high=1e-3),
         Value("closing_Nm", role="shape", typical=1.0, low=1e-3, high=1e4),
     ],
-    kind="angle",  # rad, added to the lost motion; "torque": N m; "width": factor on the friction
+    kind="angle",  # rad, added to the lost motion; "torque": N m; "width": factor on the friction;
+    # "compliance": relative change of it
     mechanism="states in one sentence what happens in the drive",
 )
 '''

@@ -16,7 +16,7 @@ from lostmotion.arrays import FloatArray, IntArray
 from lostmotion.evidence.gram import Evidence
 from lostmotion.evidence.left_out import log_density
 from lostmotion.evidence.overlap import RANK
-from lostmotion.evidence.scatter import Reduced, RestrictedLikelihood, reduce
+from lostmotion.evidence.scatter import Reduced, RestrictedLikelihood, reduce, solved
 from lostmotion.evidence.sign_flips import flip_limit, flip_p, sign_patterns
 
 VISIBLE = 1e-9
@@ -160,7 +160,7 @@ class Contest:
         """Coefficients of the baseline model's columns alone."""
         matrix = self.null.total
         h = matrix[:-1, :-1] + np.diag(self.evidence.ridge(self.evidence.index()))
-        return np.asarray(np.linalg.solve(h, matrix[:-1, -1]))
+        return solved(h, matrix[:-1, -1])
 
     def test(self, name: str, *, refit_scatter: bool = True) -> Result | None:
         """Test a candidate; None if these recordings cannot identify it."""

@@ -1,11 +1,12 @@
 """The baseline model to which effects are added: torsion curve and hysteresis.
 
     T_e = T + sum w_i (z_i - U)
-    phi = offset_run + exp(a_run) B(T_e) + g_run sat(T_e) + sum c_i (z_i - U)
+    phi = offset_run + s (exp(a_run) B(T_e) + g_run sat(T_e)) + sum c_i (z_i - U)
 
-`B` is the torsion curve (`segmented_curve`); the operators z_i follow the envelope U of the torque
+`B` is the torsion curve (`segmented_curve`); the operators z_i follow the envelope U of a torque
 with half widths times exp(f_run) (`hysteresis`); a, f and g are the deviations of each run
-(`deviations`). Effects act on the torque, the half widths or the angle (`terms`).
+(`deviations`). Effects act on the torque, the compliance (the factor s), the half widths or the
+angle (`terms`).
 """
 
 from __future__ import annotations
@@ -13,12 +14,12 @@ from __future__ import annotations
 import copy
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field
-from functools import cache
 
 import numpy as np
 
 from lostmotion.arrays import BoolArray, FloatArray
 from lostmotion.content_key import content_key
+from lostmotion.core import Kind, core
 from lostmotion.effects.conditions import Conditions, side_by_side
 from lostmotion.effects.effect import Effect
 from lostmotion.fit.deviations import DEVIATIONS, GAP, gap_closed, stiffness_factor, width_factor
@@ -32,7 +33,7 @@ from lostmotion.fit.hysteresis import (
 )
 from lostmotion.fit.least_squares import Solution, bounded_least_squares
 from lostmotion.fit.parameters import Block, Filed, placed, prior_rows
-from lostmotion.fit.point import Point
+from lostmotion.fit.point import Driven, Point, before_friction
 from lostmotion.fit.segmented_curve import CURVE_FILED, SegmentedCurve
 from lostmotion.fit.sticking import Sticking
 from lostmotion.fit.terms import RUN_SCATTER, Additive, Term
@@ -41,6 +42,9 @@ from lostmotion.units import ARCSEC
 
 TOLERANCE = 1e-6
 """Relative decrease of the cost below which a fit ends."""
+
+COMPLIANCE_MAX = float(core(64).lib.LM_COMPLIANCE_MAX)
+"""Largest factor of effects on the compliance."""
 
 FILED = (*CURVE_FILED, *HYSTERESIS_FILED)
 """Values of the baseline model in a fitted drive file, in addition to effects."""
@@ -120,64 +124,66 @@ class BaselineModel:
 
     # --- prediction ------------------------------------------------------------------------------
 
-    def driven(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Torque, scale of half widths, operators, and torque minus friction in parallel."""
-        c = self.conditions
-        torque = c.torque
+    def driven(self) -> Driven:
+        """Loads and friction: all that acts before the torsion curve."""
+        c, hysteresis = self.conditions, self.hysteresis
         zero = np.zeros(c.rows)
-        for term in self.terms:
-            if term.effect.kind == "torque":
-                torque = torque + term.effect.run(term.values, c, c.torque, zero)
+        torque = c.torque
+        for term in self.terms_of("torque"):
+            torque = torque + term.effect.run(term.values, c, c.torque, zero)
+        compliance = np.ones(c.rows)
+        for term in self.terms_of("compliance"):
+            compliance += term.effect.run(term.values, c, torque, zero)
+        np.clip(compliance, 1.0 / COMPLIANCE_MAX, COMPLIANCE_MAX, out=compliance)
         width = width_factor(self.deviations)[c.run_of]
-        for term in self.terms:
-            if term.effect.kind == "width":
-                width = width * self.width_by(term.effect, term.values, torque, self.curve.angle)
-        plays = self.hysteresis.columns(torque, width)
-        wound = torque.copy()
-        self.hysteresis.add(wound, plays, self.hysteresis.shares)
-        return torque, width, plays, wound
+        for term in self.terms_of("width"):
+            before = before_friction(torque, compliance, self.curve.angle)
+            width = width * term.effect.run(term.values, c, torque, before * ARCSEC)
+        followed = hysteresis.followed(torque, compliance, width)
+        plays, wound = hysteresis.columns(followed, width), torque.copy()
+        hysteresis.add(wound, plays, followed, hysteresis.shares)
+        return Driven(torque, compliance, width, followed, plays, wound)
 
-    def angles(
-        self, torque: FloatArray, plays: FloatArray, wound: FloatArray, torsion_curve: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
+    def terms_of(self, kind: Kind) -> list[Term]:
+        """The terms whose effects act on one part of the model."""
+        return [term for term in self.terms if term.effect.kind == kind]
+
+    def angles(self, driven: Driven, torsion_curve: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Elastic angle and total angle."""
-        c = self.conditions
+        c, torque, wound = self.conditions, driven.torque, driven.wound
         elastic = stiffness_factor(self.deviations)[c.run_of] * torsion_curve
         elastic += self.deviations[:, GAP][c.run_of] * gap_closed(wound, self.rated_torque_Nm)
+        elastic *= driven.compliance
         if self.hysteresis.outside is not None:
-            self.hysteresis.add(elastic, plays, self.hysteresis.outside)
+            self.hysteresis.add(elastic, driven.plays, driven.followed, self.hysteresis.outside)
         angle = elastic.copy()
-        for term in self.terms:
-            if term.effect.kind == "angle":
-                angle += term.effect.run(term.values, c, torque, elastic * ARCSEC, wound) / ARCSEC
+        for term in self.terms_of("angle"):
+            angle += term.effect.run(term.values, c, torque, elastic * ARCSEC, wound) / ARCSEC
         for shape in self.additives:
             angle += shape.columns @ shape.coefficients
         return elastic, angle
 
     def at(self) -> Point:
         """Evaluate the model without the offsets of the runs."""
-        torque, width, plays, wound = self.driven()
-        torsion_curve = self.curve.angle(wound)
-        stiffness = stiffness_factor(self.deviations)[self.conditions.run_of]
+        driven = self.driven()
+        torsion_curve = self.curve.angle(driven.wound)
+        stiffness = stiffness_factor(self.deviations)[self.conditions.run_of] * driven.compliance
         curve = self.curve.copy()  # the parameters may have changed when it is called
-        elastic, angle = self.angles(torque, plays, wound, torsion_curve)
+        elastic, angle = self.angles(driven, torsion_curve)
         return Point(
-            torque,
-            width,
-            plays,
-            wound,
-            stiffness,
-            curve.slope_at,
-            curve.angle,
-            torsion_curve,
-            elastic,
-            angle,
+            **vars(driven),
+            stiffness=stiffness,
+            slope_at=curve.slope_at,
+            curve_at=curve.angle,
+            torsion_curve=torsion_curve,
+            elastic=elastic,
+            angle=angle,
         )
 
     def angle(self) -> FloatArray:
         """Angle of `at` alone, for differences: several times quicker."""
-        torque, _, plays, wound = self.driven()
-        return self.angles(torque, plays, wound, self.curve.angle(wound))[1]
+        driven = self.driven()
+        return self.angles(driven, self.curve.angle(driven.wound))[1]
 
     def residual(self, point: Point | None = None) -> FloatArray:
         """Measured minus model without the offset of each run, arc seconds."""
@@ -210,7 +216,7 @@ class BaselineModel:
     ) -> FloatArray:
         """Derivative of the angle by one value of an effect, between two of its sizes."""
         step = high[index] - low[index]
-        if effect.kind == "torque":
+        if effect.kind in ("torque", "compliance"):
             up, down = (self.with_values(effect, values).angle() for values in (high, low))
             return np.asarray((up - down) / step)
         up, down = (self.run_effect(effect, values, point) for values in (high, low))
@@ -222,18 +228,9 @@ class BaselineModel:
         """Evaluate an effect at a point, in its unit."""
         torque, elastic_rad = point.torque, point.elastic * ARCSEC
         if effect.kind == "width":
-            return self.width_by(effect, values, torque, point.curve_at)
+            before = before_friction(torque, point.compliance, point.curve_at)
+            return effect.run(values, self.conditions, torque, before * ARCSEC)
         return effect.run(values, self.conditions, torque, elastic_rad, point.wound)
-
-    def width_by(
-        self,
-        effect: Effect,
-        values: FloatArray,
-        torque: FloatArray,
-        curve_at: Callable[[FloatArray], FloatArray],
-    ) -> FloatArray:
-        """Factor of an effect on the width: it acts before friction, at the curve's own angle."""
-        return effect.run(values, self.conditions, torque, curve_at(torque) * ARCSEC)
 
     def with_values(self, effect: Effect, values: FloatArray) -> BaselineModel:
         """The model with an effect at some values: to be evaluated, not fitted."""
@@ -248,7 +245,7 @@ class BaselineModel:
         return side_by_side(
             point.stiffness * point.torsion_curve,
             self.hysteresis.by_width(point),
-            gap_closed(point.wound, self.rated_torque_Nm),
+            point.compliance * gap_closed(point.wound, self.rated_torque_Nm),
             np.ones(self.conditions.rows),
         )
 
@@ -257,9 +254,8 @@ class BaselineModel:
     def blocks(self) -> list[Block]:
         """Blocks of the parameter vector in order, with everything about a parameter."""
         c, hysteresis = self.conditions, self.hysteresis
-        started = cache(hysteresis.started)
         shares, envelope = hysteresis.inside_blocks()
-        first, *later = hysteresis.start_blocks(started)
+        first, *later = hysteresis.start_blocks()
         run_noise = RUN_SCATTER * self.noise_arcsec * np.sqrt(c.rows / c.runs)
         return [
             self.curve.block(),
@@ -268,7 +264,7 @@ class BaselineModel:
             *envelope,
             *(term.block(run_noise, self.value_column) for term in self.terms),
             *(shape.block() for shape in self.additives),
-            *hysteresis.outside_blocks(started, self.curve.mean_slope),
+            *hysteresis.outside_blocks(self.curve.mean_slope),
             *later,
         ]
 

@@ -9,16 +9,20 @@ of one size hardly identify it; small and large loops together do. Friction in s
 spring, and operators whose half width grows with the load, are used only if the recordings require
 them (`fit.forms`).
 
+Under a compliance times s, the operators follow the envelope at ``T + (s - 1) U / U'``, with U at
+the torque less the friction in parallel one sample before.
+
 The angle of a drive rises with the torque: while every operator sticks, friction in parallel and in
 series must leave some compliance of the torsion curve.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -87,6 +91,10 @@ OUTSIDE_MAX = 50.0
 
 RADIUS_STEP = 0.02
 """Relative step of the half widths, and of the envelope over its knee, in differences."""
+
+SHARE_STEP = 1e-3
+"""Step of a share in differences, of a sum of at most one: far above rounding, and so small that
+the derivatives are those of steps ten times as small (tests/python/test_compliance.py)."""
 
 START = "start"
 """Owner of the blocks of start states: the sessions of the recordings."""
@@ -202,7 +210,7 @@ class Hysteresis:
     outside: FloatArray | None = None
     widening: FloatArray | None = None
     parallel: bool = True
-    last_started: tuple[tuple[object, ...], Started] | None = field(
+    last_started: tuple[tuple[object, ...], FloatArray, Started] | None = field(
         default=None, repr=False, compare=False
     )
     """The last result of `started`, with all that it depends on; copies share it."""
@@ -306,33 +314,60 @@ class Hysteresis:
 
     # --- prediction ------------------------------------------------------------------------------
 
-    def columns(
-        self, torque: FloatArray, width: FloatArray, envelope_Nm: float | None = None
-    ) -> FloatArray:
+    def follows_compliance(self, compliance: FloatArray) -> bool:
+        """Whether the compliance moves operators: those in series follow the torque itself."""
+        return bool(np.any(self.shares)) and not np.all(compliance == 1.0)
+
+    def followed(self, torque: FloatArray, compliance: FloatArray, width: FloatArray) -> FloatArray:
+        """Envelope that the operators follow, N m: friction in parallel moves with the angle."""
+        if not self.follows_compliance(compliance):
+            return envelope(torque, self.envelope_Nm, self.knee_Nm)
+        c = core(64)
+        bank = c.ffi.new("lm_play_bank *")
+        bank.envelope_Nm, bank.knee_Nm = self.envelope_Nm, self.knee_Nm
+        out = np.empty(torque.size, dtype=c.real)
+        for at, start in zip(self.sessions, self.start * self.radius_Nm, strict=True):
+            c.lib.lm_find_followed(
+                bank,
+                c.pointer(c.array(self.radius_Nm)),
+                c.pointer(c.array(self.growth)),
+                c.pointer(c.array(self.shares)),
+                self.count,
+                c.pointer(c.array(torque[at])),
+                c.pointer(c.array(compliance[at])),
+                c.pointer(c.array(width[at])),
+                at.stop - at.start,
+                c.pointer(c.array(start), write=True),
+                c.pointer(out[at], write=True),
+            )
+        return out
+
+    def columns(self, followed: FloatArray, width: FloatArray) -> FloatArray:
         """Differences ``z_i - U`` through the whole campaign; `width` scales the half widths."""
-        more = self.envelope_Nm if envelope_Nm is None else envelope_Nm
-        followed = envelope(torque, more, self.knee_Nm)
         return operator_columns(self.radius_Nm, self.growth, followed, width, self.sessions)
 
-    def started(self) -> Started:
+    def started(self, followed: FloatArray) -> Started:
         """Rows of the first run of each session, and derivatives there by the start states."""
         c, out = self.conditions, []
-        key = (c, self.envelope_Nm, self.knee_Nm, self.radius_Nm.tobytes(), self.growth.tobytes())
-        if self.last_started is not None and self.last_started[0] == key:
-            return self.last_started[1]
+        key = (c, self.radius_Nm.tobytes(), self.growth.tobytes())
+        if self.last_started is not None:
+            same, before, known = self.last_started
+            if same == key and (before is followed or np.array_equal(before, followed)):
+                return known
         for session in self.sessions:
             end = c.starts[np.searchsorted(c.starts, session.start, side="right")]
             at = slice(session.start, int(end))
-            followed = envelope(c.torque[at], self.envelope_Nm, self.knee_Nm)
-            out.append((at, start_columns(self.radius_Nm, self.growth, followed)))
-        self.last_started = (key, out)
+            out.append((at, start_columns(self.radius_Nm, self.growth, followed[at])))
+        self.last_started = (key, followed, out)
         return out
 
-    def add(self, out: FloatArray, plays: FloatArray, weights: FloatArray) -> None:
+    def add(
+        self, out: FloatArray, plays: FloatArray, followed: FloatArray, weights: FloatArray
+    ) -> None:
         """Add the weighted operators to `out`, including start states."""
         out += plays @ weights
         if np.any(self.start):
-            for (at, moved), start in zip(self.started(), self.start, strict=True):
+            for (at, moved), start in zip(self.started(followed), self.start, strict=True):
                 out[at] += moved @ (weights * start)
 
     def angle_by(self, change: FloatArray, point: Point) -> FloatArray:
@@ -344,10 +379,15 @@ class Hysteresis:
         """Derivative of the angle by the envelope excess."""
         step = RADIUS_STEP * self.knee_Nm
         low, high = max(self.envelope_Nm - step, 0.0), self.envelope_Nm + step
-        change = self.columns(point.torque, point.width, high)
-        change -= self.columns(point.torque, point.width, low)
+        change = self.columns_at(point, envelope_Nm=high)
+        change -= self.columns_at(point, envelope_Nm=low)
         change /= high - low
         return self.angle_by(change, point)
+
+    def columns_at(self, point: Point, **values: Any) -> FloatArray:
+        """The columns at a point where some values of the operators are others."""
+        driven = point.torque, point.compliance, point.width
+        return self.columns(replace(self, **values).followed(*driven), point.width)
 
     def by_width(self, point: Point, change: FloatArray | None = None) -> FloatArray:
         """Derivative of the angle by a value that changes the logarithm of the half widths.
@@ -361,8 +401,10 @@ class Hysteresis:
             constant in a run gives a multiple of the derivative by its deviation.
         """
         largest, along = (1.0, 1.0) if change is None else self.largest_in_run(change)
-        wider = self.columns(point.torque, point.width * (1.0 + RADIUS_STEP * along))
-        closer = self.columns(point.torque, point.width * (1.0 - RADIUS_STEP * along))
+        step = RADIUS_STEP * along
+        wider, closer = (
+            self.columns(point.followed, point.width * (1.0 + side)) for side in (step, -step)
+        )
         return np.asarray(largest * self.angle_by((wider - closer) / (2 * RADIUS_STEP), point))
 
     def largest_in_run(self, change: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -384,6 +426,11 @@ class Hysteresis:
 
         def fill(point: Point, out: FloatArray) -> None:
             np.multiply(point.slope[:, None], point.plays, out=out)
+            if self.follows_compliance(point.compliance):
+                for column, step in zip(out.T, np.eye(self.count) * SHARE_STEP, strict=True):
+                    change = self.columns_at(point, shares=self.shares + step)
+                    change -= point.plays
+                    column += self.angle_by(change, point) / SHARE_STEP
 
         return Block(
             block_names("share", self.count),
@@ -418,21 +465,15 @@ class Hysteresis:
             filed=ENVELOPE_FILED,
         )
 
-    def start_blocks(self, started: Callable[[], Started]) -> list[Block]:
-        """Start states of each session, each within the band of its operator.
-
-        Parameters
-        ----------
-        started : callable
-            Returns `started`; computed once for all blocks.
-        """
+    def start_blocks(self) -> list[Block]:
+        """Start states of each session, each within the band of its operator."""
 
         def put(session: int, state: FloatArray) -> None:
             self.start = self.start.copy()
             self.start[session] = state
 
         def fill(session: int, point: Point, out: FloatArray) -> None:
-            rows, by_state = started()[session]
+            rows, by_state = self.started(point.followed)[session]
             out[:] = 0.0
             out[rows] = (point.slope[rows, None] * by_state) * self.shares
             if self.outside is not None:
@@ -453,14 +494,16 @@ class Hysteresis:
             for session, state in enumerate(self.start)
         ]
 
-    def outside_blocks(self, started: Callable[[], Started], mean_slope: float) -> list[Block]:
+    def outside_blocks(self, mean_slope: float) -> list[Block]:
         """Compliances of friction in series with the spring, if fitted."""
         if self.outside is None:
             return []
 
         def fill(point: Point, out: FloatArray) -> None:
             out[:] = point.plays
-            for (rows, by_state), start in zip(started(), self.start, strict=True):
+            for (rows, by_state), start in zip(
+                self.started(point.followed), self.start, strict=True
+            ):
                 out[rows] += by_state * start
 
         return [

@@ -9,32 +9,55 @@ from functools import cached_property
 from lostmotion.arrays import FloatArray
 
 
+def before_friction(
+    torque: FloatArray, compliance: FloatArray, curve_at: Callable[[FloatArray], FloatArray]
+) -> FloatArray:
+    """Angle before friction has acted, arc seconds: what effects on the width see."""
+    return compliance * curve_at(torque)
+
+
 @dataclass
-class Point:
-    """Results of the model at one set of parameters, in arc seconds and N m.
+class Driven:
+    """Loads and friction of the model at one set of parameters, N m.
 
     Attributes
     ----------
     torque : ndarray
         Torque including torque effects.
+    compliance : ndarray
+        Factor of effects on the compliance.
     width : ndarray
         Scale of the half widths of the hysteresis operators.
+    followed : ndarray
+        Envelope U that the operators follow.
     plays : ndarray
         Differences ``z_i - U`` of the operators, one column each.
     wound : ndarray
         Torque minus friction in parallel, the input of the torsion curve.
+    """
+
+    torque: FloatArray
+    compliance: FloatArray
+    width: FloatArray
+    followed: FloatArray
+    plays: FloatArray
+    wound: FloatArray
+
+
+@dataclass
+class Point(Driven):
+    """Results of the model at one set of parameters, in arc seconds and N m.
+
+    Attributes
+    ----------
     stiffness : ndarray
-        Factor of each run on the torsion curve.
+        Factor on the torsion curve: of each run, and of effects on the compliance.
     slope_at, curve_at : callable
         Slope and angle of the torsion curve at torques, without that factor.
     torsion_curve, elastic, angle : ndarray
         Torsion curve without that factor; elastic angle; with effects of the angle.
     """
 
-    torque: FloatArray
-    width: FloatArray
-    plays: FloatArray
-    wound: FloatArray
     stiffness: FloatArray
     slope_at: Callable[[FloatArray], FloatArray]
     curve_at: Callable[[FloatArray], FloatArray]

@@ -96,7 +96,9 @@ def contribution_of(effect: Effect) -> Contribution:
         run["run_number"] = np.ones(along.size)
         memory = np.zeros(max(effect.memory, 1))
         result = np.array(effect.function(effect.typical, run, memory), dtype=np.float64)
-        curves.append(result / ARCSEC if effect.kind == "angle" else result)
+        if effect.kind == "compliance":
+            result *= run["elastic_rad"]
+        curves.append(result / ARCSEC if effect.kind in ("angle", "compliance") else result)
     return Contribution(axis, along, curves, between)
 
 
@@ -150,7 +152,7 @@ def draw_effect(effect: Effect) -> str:
         drawing.line((middle, LINE_PX, middle, HEIGHT - LINE_PX), SOFT, 0.7)
     for curve, colour in zip(data.curves, COLOURS, strict=False):
         drawing.curve(np.column_stack((across(data.values), down(curve))), colour, 1.6)
-    unit = {"angle": "″", "torque": " N·m", "width": " × width"}[effect.kind]
+    unit = {"torque": " N·m", "width": " × width"}.get(effect.kind, "″")
     largest = plain_number(max((abs(low), low), (abs(high), high))[1], 2)
     drawing.text(MARGIN, LINE_PX - 3, signs(largest + unit), size=TEXT_PX, fill=INK)
     reach = between_ends(data.axis, (left, right), " to ")
