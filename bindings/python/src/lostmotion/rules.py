@@ -77,7 +77,8 @@ screened campaigns changes between two and three shapes.
 """
 
 WORSE = 1.2
-"""A step that increases the unwhitened residual by more than this is rejected.
+"""A step that increases the unwhitened residual by more than this factor is rejected. The residual
+is that without the form error: beside one, a part of the torsion curve may pass into it.
 
 Chosen: on tests/python/test_form_error.py, where the estimated noise is 1.22 arcsec without it, and
 the true one 1.06.

@@ -115,7 +115,8 @@ def settle(base: BaselineModel, noise: Noise, rounds: int = ROUNDS) -> Settled:
     """Optimise baseline model and deviations for data with scatter and coloured noise.
 
     Penalised Gauss-Newton steps (FOCE, `move`); the model is linearised again at the new point,
-    with new variances, as long as the restricted likelihood increases.
+    with new variances, as long as the restricted likelihood increases, and the residual without
+    the form error does not (`rules.WORSE`).
     """
     current = base.copy()
     current.noise_arcsec = noise_rms(noise, base)
@@ -124,13 +125,16 @@ def settle(base: BaselineModel, noise: Noise, rounds: int = ROUNDS) -> Settled:
     residual = current.residual(point)
     best = contest_at(current, noise, point=point)
     objective = objective_at(misfit, current, residual, best)
-    least_rms = rms_of(residual)
+    least_rms = misfit.unexplained(current, residual, best)
     step, own = bounded_step(current, best)
     for _ in range(rounds):
         found = move(misfit, current, residual, best, step, own)
-        if found is None or rms_of(found[1]) >= rules.WORSE * least_rms:
+        if found is None:
             break
         moved, rest, point = found
+        rms = misfit.unexplained(moved, rest, best)
+        if rms >= rules.WORSE * least_rms:
+            break
         contest = contest_at(moved, noise, best, point)
         value = objective_at(misfit, moved, rest, contest)
         if value >= objective:
@@ -138,7 +142,7 @@ def settle(base: BaselineModel, noise: Noise, rounds: int = ROUNDS) -> Settled:
         fall = objective - value
         current, residual, best, objective = moved, rest, contest, value
         step, own = bounded_step(current, best)
-        least_rms = min(least_rms, rms_of(residual))
+        least_rms = min(least_rms, rms)
         if fall < SETTLED:
             break
     beyond = misfit.by_run(current, residual, best) - linear_misfit(best, step)
@@ -239,21 +243,38 @@ class Misfit:
 
     def by_run(self, base: BaselineModel, residual: FloatArray, contest: Contest) -> FloatArray:
         """The same by run; the offset of each run and the form error have their best values."""
-        e = contest.evidence
-        variance = contest.null_omega / e.scale[e.scatter] ** 2
+        variance = self.variance(contest)
         white, _ = self.noise.whiten_runs(residual, self.starts)
-        free = self.ones + 1.0 / variance[-1]
-        cross = np.add.reduceat(white * self.level, self.begins)
-        normal = self.normal - (self.offsets.T / free) @ self.offsets
-        along = self.form.T @ white - self.offsets.T @ (cross / free)
-        form = np.linalg.solve(normal, along)
-        white = white - self.form @ form
+        form = self.form_step(white, variance)
+        white -= self.form @ form
         square, cross = (
             np.add.reduceat(product, self.begins) for product in (white**2, white * self.level)
         )
         own = base.deviations**2 / variance[: len(DEVIATIONS)]
-        prior = float(form**2 @ self.precision) / free.size
+        prior = float(form**2 @ self.precision) / self.ones.size
+        free = self.ones + 1.0 / variance[-1]
         return np.asarray(0.5 * (own.sum(axis=1) + square - cross**2 / free + prior))
+
+    def unexplained(self, base: BaselineModel, residual: FloatArray, contest: Contest) -> float:
+        """Root mean square of a residual minus its form error, arc seconds."""
+        if base.form_error is None:
+            return rms_of(residual)
+        white, _ = self.noise.whiten_runs(residual, self.starts)
+        form = base.form_error.columns @ self.form_step(white, self.variance(contest))
+        return rms_of(base.conditions.centred(residual - form))
+
+    def variance(self, contest: Contest) -> FloatArray:
+        """Variances of the deviations and of the offset, in the units of the model."""
+        e = contest.evidence
+        return np.asarray(contest.null_omega / e.scale[e.scatter] ** 2)
+
+    def form_step(self, white: FloatArray, variance: FloatArray) -> FloatArray:
+        """Best coefficients of the form error for a whitened residual."""
+        free = self.ones + 1.0 / variance[-1]
+        cross = np.add.reduceat(white * self.level, self.begins)
+        normal = self.normal - (self.offsets.T / free) @ self.offsets
+        along = self.form.T @ white - self.offsets.T @ (cross / free)
+        return np.asarray(np.linalg.solve(normal, along))
 
 
 def plain_rms(base: BaselineModel) -> float:
