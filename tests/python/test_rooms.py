@@ -126,7 +126,7 @@ def test_evidence_imports_no_model() -> None:
     own = {name: parts for name, parts in needed.items() if room_of(name) == "evidence"}
     assert own
     for parts in own.values():
-        basic = {"arrays", "errors", "files", "rules", "threads"}
+        basic = {"arrays", "errors", "files", "rms", "rules", "threads"}
         assert {room_of(part) for part in parts} <= {"evidence", *basic}
 
 

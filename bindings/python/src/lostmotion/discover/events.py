@@ -128,36 +128,27 @@ def scores(
     white: FloatArray, y: FloatArray, noise: Noise, run: int
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Score and size of a step at every sample together with whitened columns, and the residual."""
-    phi, sigma = noise.phi[run], noise.sigma[run]
     n = y.size
-    # After whitening, a step that starts at row k has the value (1 - phi_1 - ... - phi_j) at row k
-    # + j.
-    response_of = np.ones(phi.size + 1)
-    response_of[1:] = 1.0 - np.cumsum(phi)
-    response_of /= sigma
-    tail = response_of[-1]
+    each = noise.step_responses(run, n)
+    last = each[-1]
 
     def products(columns: FloatArray) -> FloatArray:
         """Products of every step with columns."""
-        total = np.zeros((n + 1, columns.shape[1]))
-        total[:-1] = np.cumsum(columns[::-1], axis=0)[::-1]
-        out = tail * total[:-1]
-        for j in range(phi.size):
-            shifted = np.zeros_like(columns)
-            shifted[: n - j] = columns[j:]
-            out += (response_of[j] - tail) * shifted
+        out = np.cumsum((last[:, None] * columns)[::-1], axis=0)[::-1]
+        for j, response in enumerate(each[:-1]):
+            out[: n - j] += ((response - last)[:, None] * columns)[j:]
         return np.asarray(out)
 
     gram = white.T @ white + 1e-8 * np.eye(white.shape[1])
     rest = y - white @ np.linalg.solve(gram, white.T @ y)
     cross = products(white)
     first = products(rest[:, None])[:, 0]
-    own = tail**2 * (n - np.arange(n))
-    for j in range(phi.size):
-        own[: n - j] += response_of[j] ** 2 - tail**2
+    own = np.cumsum((last**2)[::-1])[::-1].copy()
+    for j, response in enumerate(each[:-1]):
+        own[: n - j] += (response**2 - last**2)[j:]
     own = own - np.einsum("ij,ij->i", cross, np.linalg.solve(gram, cross.T).T)
     # If the curve of the run absorbs almost all of a step, a single outlier could cause it.
-    good = own > max(1e-3 * float(own.max()), EDGE * tail**2, 1e-300)
+    good = own > max(1e-3 * float(own.max()), EDGE * float(np.median(last)) ** 2, 1e-300)
     good[:EDGE] = good[-EDGE:] = False
     z = np.where(good, first / np.sqrt(np.where(good, own, 1.0)), 0.0)
     return z, np.where(good, first / np.where(good, own, 1.0), 0.0), rest

@@ -6,6 +6,7 @@ so a kink that is shifted by run-to-run scatter cannot be represented from the m
 
 from __future__ import annotations
 
+import copy
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -23,10 +24,13 @@ from lostmotion.fit.least_squares import moved_within, solve_within
 from lostmotion.fit.point import Point
 from lostmotion.rms import rms_of
 
-COMMON = 2
+COMMON = 3
 """Columns in addition to those of the baseline model: the part of half widths and offsets that is
-common to all runs.
+common to all runs, and what a smoothed torque changes.
 """
+
+SMOOTHED_PRECISION = 1.0
+"""Prior precision of the share of the torque that is smoothed: it is of the order of one."""
 
 WIDEN_MAX = 0.3
 """Largest change of the logarithm of all half widths in a step."""
@@ -84,14 +88,15 @@ def columns_of(
     curve, for the half widths and the offset it comes after the fixed columns. The form error comes
     last (`BaselineModel.form_error`), with the precision from its variance.
     """
-    precision = np.append(base.precision(), np.zeros(COMMON))
+    precision = np.append(base.precision(), [0.0, 0.0, SMOOTHED_PRECISION])
     scatter = base.run_columns(point)
     own = precision.size
     error = base.form_error if form else None
     width = 0 if error is None else error.columns.shape[1]
     fixed = base.fixed_columns(point, beside=COMMON + width)
-    fixed[:, own - 2] = scatter[:, 1]
-    fixed[:, own - 1] = 1.0
+    fixed[:, own - 3] = scatter[:, 1]
+    fixed[:, own - 2] = 1.0
+    fixed[:, own - 1] = smoothed_torque(base, point)
     if error is not None:
         fixed[:, own:] = error.columns
         precision = np.append(precision, error.precision)
@@ -102,6 +107,22 @@ def columns_of(
     for k in range(len(DEVIATIONS)):
         response = response + base.deviations[:, k][run_of] * scatter[:, k]
     return fixed, precision, scatter, response
+
+
+def smoothed_torque(base: BaselineModel, point: Point) -> FloatArray:
+    """Change of the angle by the mean of the neighbouring torques in place of each, arc seconds.
+
+    The model contains the noise of the torque. An effect that smooths the torque, as a lag does,
+    removes a part of this noise, but explains nothing: beside this column it is not credited.
+    """
+    c = base.conditions
+    torque = c.torque.copy()
+    torque[1:-1] = 0.5 * (c.torque[:-2] + c.torque[2:])
+    ends = np.concatenate((c.starts[:-1], c.starts[1:] - 1))
+    torque[ends] = c.torque[ends]
+    smooth = copy.copy(base)
+    smooth.conditions = c.with_torque(torque)
+    return np.asarray(smooth.angle() - point.angle)
 
 
 def noise_rms(noise: Noise, base: BaselineModel) -> float:
@@ -220,7 +241,8 @@ def move(
 class Misfit:
     """Minus the log likelihood of models at their deviations, nats and a constant.
 
-    The models share recordings, noise and form error, which are whitened once.
+    The models share recordings, noise, and the columns that are not among their parameters: form
+    error and `smoothed_torque`. These are whitened once.
     """
 
     def __init__(self, base: BaselineModel, noise: Noise) -> None:
@@ -228,52 +250,51 @@ class Misfit:
         self.noise, self.starts = noise, c.starts
         self.level, self.begins = noise.whiten_runs(np.ones(c.rows), c.starts)
         self.ones = np.add.reduceat(self.level**2, self.begins)
-        self.form = np.zeros((self.level.size, 0))
-        self.precision = np.zeros(0)
+        self.beside = smoothed_torque(base, base.at())[:, None]
+        self.precision = np.array([SMOOTHED_PRECISION])
         if error is not None:
-            runs = enumerate(c.slices())
-            whitened = [noise.whiten(error.columns[at], run) for run, at in runs]
-            self.form, self.precision = np.concatenate(whitened), error.precision
-        self.offsets = np.add.reduceat(self.form * self.level[:, None], self.begins)
-        self.normal = np.diag(self.precision) + self.form.T @ self.form
+            self.beside = np.hstack((self.beside, error.columns))
+            self.precision = np.append(self.precision, error.precision)
+        runs = enumerate(c.slices())
+        self.white = np.concatenate([noise.whiten(self.beside[at], run) for run, at in runs])
+        self.offsets = np.add.reduceat(self.white * self.level[:, None], self.begins)
+        self.normal = np.diag(self.precision) + self.white.T @ self.white
 
     def __call__(self, base: BaselineModel, residual: FloatArray, contest: Contest) -> float:
         """Misfit of a model of this residual and of its deviations, at a contest's variances."""
         return float(self.by_run(base, residual, contest).sum())
 
     def by_run(self, base: BaselineModel, residual: FloatArray, contest: Contest) -> FloatArray:
-        """The same by run; the offset of each run and the form error have their best values."""
+        """The same by run; offsets and columns beside the parameters have their best values."""
         variance = self.variance(contest)
         white, _ = self.noise.whiten_runs(residual, self.starts)
-        form = self.form_step(white, variance)
-        white -= self.form @ form
+        step = self.step(white, variance)
+        white -= self.white @ step
         square, cross = (
             np.add.reduceat(product, self.begins) for product in (white**2, white * self.level)
         )
         own = base.deviations**2 / variance[: len(DEVIATIONS)]
-        prior = float(form**2 @ self.precision) / self.ones.size
+        prior = float(step**2 @ self.precision) / self.ones.size
         free = self.ones + 1.0 / variance[-1]
         return np.asarray(0.5 * (own.sum(axis=1) + square - cross**2 / free + prior))
 
     def unexplained(self, base: BaselineModel, residual: FloatArray, contest: Contest) -> float:
-        """Root mean square of a residual minus its form error, arc seconds."""
-        if base.form_error is None:
-            return rms_of(residual)
+        """Root mean square of a residual minus what these columns explain, arc seconds."""
         white, _ = self.noise.whiten_runs(residual, self.starts)
-        form = base.form_error.columns @ self.form_step(white, self.variance(contest))
-        return rms_of(base.conditions.centred(residual - form))
+        step = self.step(white, self.variance(contest))
+        return rms_of(base.conditions.centred(residual - self.beside @ step))
 
     def variance(self, contest: Contest) -> FloatArray:
         """Variances of the deviations and of the offset, in the units of the model."""
         e = contest.evidence
         return np.asarray(contest.null_omega / e.scale[e.scatter] ** 2)
 
-    def form_step(self, white: FloatArray, variance: FloatArray) -> FloatArray:
-        """Best coefficients of the form error for a whitened residual."""
+    def step(self, white: FloatArray, variance: FloatArray) -> FloatArray:
+        """Best coefficients of the columns beside the parameters, for a whitened residual."""
         free = self.ones + 1.0 / variance[-1]
         cross = np.add.reduceat(white * self.level, self.begins)
         normal = self.normal - (self.offsets.T / free) @ self.offsets
-        along = self.form.T @ white - self.offsets.T @ (cross / free)
+        along = self.white.T @ white - self.offsets.T @ (cross / free)
         return np.asarray(np.linalg.solve(normal, along))
 
 

@@ -14,6 +14,7 @@ from lostmotion.arrays import FloatArray, IntArray
 from lostmotion.discover.linearise import columns_of
 from lostmotion.effects.conditions import Conditions, side_by_side
 from lostmotion.evidence.noise import Noise, fit_noise
+from lostmotion.evidence.torque_error import relative_noise
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.threads import in_parallel
 
@@ -100,8 +101,9 @@ class LargestModel:
     def noise(self) -> Noise:
         """Noise model of the residual."""
         assert self.residual is not None
-        c = self.base.conditions
-        return fit_noise(self.residual, c.time_s, c.starts, self.normal.shape[0])
+        c, point = self.base.conditions, self.base.at()
+        relative = relative_noise(self.residual, point.swing, self.base.largest)
+        return fit_noise(self.residual, c.time_s, c.starts, self.normal.shape[0], relative)
 
     @cached_property
     def beside_baseline(self) -> FloatArray:

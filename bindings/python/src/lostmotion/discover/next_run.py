@@ -18,7 +18,6 @@ from lostmotion.effects.columns import missing_columns
 from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.effect import Effect
 from lostmotion.evidence.contest import Contest
-from lostmotion.evidence.noise import Noise
 from lostmotion.evidence.scatter import reduce
 from lostmotion.recordings import Campaign, Run
 
@@ -46,10 +45,7 @@ def next_runs(
     noise = selection.settled[0].noise
     # An option has the usual sampling rate of the recordings.
     usual = int(np.argsort(noise.sigma)[noise.sigma.size // 2])
-    extended = Noise(
-        [*noise.phi, *([noise.phi[usual]] * len(options.runs))],
-        np.concatenate((noise.sigma, np.full(len(options.runs), noise.sigma[usual]))),
-    )
+    extended = noise.with_runs(usual, [run.time_s.size for run in options.runs])
     lacking = [n for n in open_effects if missing_columns(effects[n], base.conditions)]
     open_effects = [n for n in open_effects if n not in lacking]
     candidates, _ = named_candidates(

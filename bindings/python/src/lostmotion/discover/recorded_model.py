@@ -41,7 +41,7 @@ from lostmotion.discover.linearise import Settled, noise_rms, plain_rms, settle
 from lostmotion.discover.refits import refit, refitted, sharpen, without_deviations
 from lostmotion.discover.selection import select
 from lostmotion.discover.stepwise_fit import fit_models
-from lostmotion.discover.terms import beyond_form, term_size, term_tested
+from lostmotion.discover.terms import beyond_form, term_angle, term_size, term_tested
 from lostmotion.effects.effect import Effect
 from lostmotion.evidence.contest import Result
 from lostmotion.evidence.noise import Noise
@@ -290,6 +290,10 @@ class RecordedModel(GrowingModel):
 
     def fall_of_left_out(self, contender: Contender) -> float:
         """See `GrowingModel`."""
+        assert contender.settled is not None
+        answer = self.in_answer(contender.settled)
+        if contender.candidate.named and not np.any(term_angle(answer, len(answer.terms) - 1)):
+            return 0.0  # the answer is the present model, fitted from another start
         before, after = self.left_out_beside(contender)
         return rms_of(before) ** 2 - rms_of(after) ** 2
 

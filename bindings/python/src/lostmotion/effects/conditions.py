@@ -120,6 +120,12 @@ class Conditions:
         """External torque, N m."""
         return self.columns["torque_Nm"]
 
+    def with_torque(self, torque: FloatArray) -> Conditions:
+        """The same recordings with other torques."""
+        other = copy.copy(self)
+        other.columns, other.derived = {**self.columns, "torque_Nm": torque}, {}
+        return other
+
     def mirrored(self) -> Conditions:
         """The same load and motion in the other direction, at the same places and temperatures."""
         other = copy.copy(self)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -11,6 +12,7 @@ from scipy.linalg import solve_toeplitz
 
 from lostmotion import rules
 from lostmotion.arrays import FloatArray, IntArray
+from lostmotion.rms import rms_of
 
 ORDER_MAX = 8
 """Highest order that is tried."""
@@ -34,15 +36,28 @@ class Noise:
         Coefficients of the autoregression.
     sigma : ndarray
         Standard deviation of the innovations, arc seconds.
+    relative : list of ndarray, optional
+        Standard deviation of the samples of each run, relative to the rms of all samples
+        (`torque_error.relative_noise`); by default 1.
     """
 
     phi: list[FloatArray]
     sigma: FloatArray
+    relative: list[FloatArray] | None = None
 
     @cached_property
     def lags(self) -> int:
         """Rows at the start of each run that whitening consumes."""
         return max(p.size for p in self.phi)
+
+    def with_runs(self, like: int, rows: Sequence[int]) -> Noise:
+        """The same with more runs of some rows, each with the noise of run `like`."""
+        more = [np.ones(count) for count in rows]
+        return Noise(
+            [*self.phi, *(self.phi[like] for _ in rows)],
+            np.append(self.sigma, [self.sigma[like]] * len(rows)),
+            None if self.relative is None else [*self.relative, *more],
+        )
 
     def whiten(self, values: FloatArray, run: int) -> FloatArray:
         """Innovations of one run's columns, in units of their standard deviation.
@@ -53,6 +68,8 @@ class Noise:
         if values.ndim == 1:
             return self.whiten(values[:, None], run)[:, 0]
         n, count = values.shape
+        if self.relative is not None:
+            values = values / self.relative[run][:, None]
         lags = min(self.lags, n - 1)
         kernel = np.append(-self.phi[run][:lags][::-1], 1.0) / self.sigma[run]
         if not count:
@@ -78,6 +95,8 @@ class Noise:
         for run, own in enumerate(self.phi):
             reach = min(own.size, int(skipped[run]))
             phi[run, :reach] = own[:reach]
+        if self.relative is not None:
+            values = values / np.concatenate(self.relative)
         out = values.copy()
         for k in range(1, self.lags + 1):
             out[k:] -= np.repeat(phi[:, k - 1], rows)[k:] * values[:-k]
@@ -85,6 +104,25 @@ class Noise:
         place = np.arange(values.size) - np.repeat(starts[:-1], rows)
         kept = rows - skipped
         return out[place >= np.repeat(skipped, rows)], np.cumsum(kept) - kept
+
+    def step_responses(self, run: int, rows: int) -> list[FloatArray]:
+        """Whitened step at each row, by the number of rows since it began; the last for more.
+
+        Parameters
+        ----------
+        rows : int
+            Rows of the run that whitening leaves.
+        """
+        phi = self.phi[run]
+        scale = np.ones(rows + self.lags)
+        if self.relative is not None:
+            scale = 1.0 / self.relative[run]
+        skipped = scale.size - rows
+        out = [scale[skipped:] / self.sigma[run]]
+        for back, factor in enumerate(phi, start=1):
+            before = scale[skipped - back : scale.size - back]
+            out.append(out[-1] - factor * before / self.sigma[run])
+        return out
 
     @cached_property
     def ratios(self) -> FloatArray:
@@ -94,8 +132,9 @@ class Noise:
         return np.array([ratio[id(phi)] for phi in self.phi])
 
     def spread(self, run: int) -> float:
-        """Standard deviation of the noise itself, arc seconds."""
-        return float(self.sigma[run] * self.ratios[run])
+        """Standard deviation of the noise itself, rms over the samples of a run, arc seconds."""
+        relative = 1.0 if self.relative is None else rms_of(self.relative[run])
+        return float(self.sigma[run] * self.ratios[run] * relative)
 
 
 def variance_of(phi: FloatArray) -> float:
@@ -171,7 +210,13 @@ def autoregression(covariance: FloatArray, rows: int) -> tuple[FloatArray, float
     return phi, variance
 
 
-def fit_noise(residual: FloatArray, time_s: FloatArray, starts: IntArray, columns: int) -> Noise:
+def fit_noise(
+    residual: FloatArray,
+    time_s: FloatArray,
+    starts: IntArray,
+    columns: int,
+    relative: FloatArray | None = None,
+) -> Noise:
     """Estimate the noise from the residual of the largest model.
 
     Parameters
@@ -182,7 +227,11 @@ def fit_noise(residual: FloatArray, time_s: FloatArray, starts: IntArray, column
         Offsets of the runs.
     columns : int
         Number of columns of that model, for the degrees of freedom.
+    relative : ndarray, optional
+        Relative standard deviation of each sample, see `torque_error.relative_noise`.
     """
+    if relative is not None:
+        residual = residual / relative
     groups = rate_groups(time_s, starts)
     every = np.arange(groups.size)
     inflate = residual.size / max(residual.size - columns, 1)
@@ -199,7 +248,8 @@ def fit_noise(residual: FloatArray, time_s: FloatArray, starts: IntArray, column
         for r in runs:
             phi[r] = own
             sigma[r] = np.sqrt(variance * inflate)
-    return Noise(phi, np.maximum(sigma, NOISE_LEAST_ARCSEC))
+    apart = None if relative is None else np.split(relative, starts[1:-1])
+    return Noise(phi, np.maximum(sigma, NOISE_LEAST_ARCSEC), apart)
 
 
 def whitened_runs(residual: FloatArray, time_s: FloatArray, starts: IntArray) -> list[FloatArray]:

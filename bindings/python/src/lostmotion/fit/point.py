@@ -6,6 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
+
 from lostmotion.arrays import FloatArray
 
 
@@ -69,3 +71,8 @@ class Point(Driven):
     def slope(self) -> FloatArray:
         """Derivative of the torsion curve by the torque: only derivatives of the model use it."""
         return self.stiffness * self.slope_at(self.wound)
+
+    def swing(self, error_Nm: float) -> FloatArray:
+        """Half the angle that the torsion curve turns within an error of the torque each way."""
+        above, below = (self.curve_at(self.wound + error) for error in (error_Nm, -error_Nm))
+        return np.asarray(0.5 * self.stiffness * (above - below))
