@@ -11,12 +11,17 @@ import numpy as np
 import pytest
 
 from lostmotion.candidates.candidate import Candidate
+from lostmotion.candidates.named import named_candidates
 from lostmotion.discover.choice import as_kept
+from lostmotion.discover.contest_round import make_round
+from lostmotion.discover.gates import judge
 from lostmotion.discover.growing_model import Contender
 from lostmotion.discover.linearise import bounded_step, contest_at, settle
 from lostmotion.discover.recorded_model import RecordedModel
+from lostmotion.discover.refits import refit
 from lostmotion.drives import read_drive
 from lostmotion.effects.conditions import Conditions
+from lostmotion.effects.library import library
 from lostmotion.evidence.contest import Result
 from lostmotion.evidence.noise import Noise
 from lostmotion.fit.baseline import BaselineModel
@@ -27,7 +32,7 @@ from lostmotion.recordings import read_campaign
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from rig.laboratory import Laboratory
 
-SEED, NOISES = 0, 2.0
+SEED, NOISES, RATIO = 0, 2.0, 100
 
 
 @pytest.fixture(scope="module")
@@ -133,3 +138,14 @@ def test_a_value_that_reaches_its_bound_in_a_step_is_at_the_bound():
         assert np.all((inside > low) & (inside < high))
         free = np.full(8, np.inf)
         np.testing.assert_array_equal(moved_within(x, step, -free, free), x + step)
+
+
+def test_a_refit_loses_nothing_however_weak_the_candidate_is(near):
+    base = near.base
+    candidates, _ = named_candidates(library(), base, base.at(), RATIO)
+    current = make_round(near, candidates, {})
+    judged = [judge(current, candidate.name) for candidate in candidates]
+    refits = [refit(current, result) for result in judged if result is not None]
+    gains = [found.gain for found in refits if found is not None]
+    assert len(gains) > 8
+    assert min(gains) > -3.0

@@ -35,7 +35,7 @@ SMOOTHED_PRECISION = 1.0
 WIDEN_MAX = 0.3
 """Largest change of the logarithm of all half widths in a step."""
 
-ROUNDS = 4
+ROUNDS = 8
 """Largest number of linearisations at the predicted deviations of the runs."""
 
 SETTLED = 0.5

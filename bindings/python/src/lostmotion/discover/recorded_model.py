@@ -11,7 +11,7 @@ from lostmotion import rules
 from lostmotion.arrays import FloatArray
 from lostmotion.candidates import shapes
 from lostmotion.candidates.between_runs import between_runs
-from lostmotion.candidates.candidate import LOAD_NEEDS, Candidate
+from lostmotion.candidates.candidate import Candidate
 from lostmotion.candidates.named import named_candidates
 from lostmotion.discover.baseline_form import better_than_forms
 from lostmotion.discover.choice import Step
@@ -38,7 +38,7 @@ from lostmotion.discover.gates import (
 )
 from lostmotion.discover.growing_model import Contender, GrowingModel, Lead
 from lostmotion.discover.linearise import Settled, noise_rms, plain_rms, settle
-from lostmotion.discover.refits import refit, refitted, sharpen, without_deviations
+from lostmotion.discover.refits import refit, refitted, sharpen, shifts_load, without_deviations
 from lostmotion.discover.selection import select
 from lostmotion.discover.stepwise_fit import fit_models
 from lostmotion.discover.terms import beyond_form, term_angle, term_size, term_tested
@@ -431,11 +431,6 @@ class RecordedModel(GrowingModel):
         """See `GrowingModel`."""
         assert isinstance(current, RecordedRound)
         return sharpen(current, shape)
-
-
-def shifts_load(effect: Effect) -> bool:
-    """Whether an effect shifts the load by a constant."""
-    return effect.kind == "torque" and effect.needs <= LOAD_NEEDS and not effect.memory
 
 
 def model_of(contender: Contender) -> BaselineModel:

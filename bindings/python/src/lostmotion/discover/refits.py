@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
 from lostmotion import rules
 from lostmotion.candidates import shapes as shape_room
-from lostmotion.candidates.candidate import Candidate
+from lostmotion.candidates.candidate import LOAD_NEEDS, Candidate
 from lostmotion.candidates.forms import form_of
 from lostmotion.discover.contest_round import ContestRound, RecordedRound, make_round
 from lostmotion.discover.gates import judge, leading
@@ -19,21 +20,12 @@ from lostmotion.discover.linearise import (
     fit_alike,
     plain_rms,
     settle,
-    take_step,
 )
+from lostmotion.effects.effect import Effect
 from lostmotion.evidence.contest import Result
 from lostmotion.evidence.noise import Noise
-from lostmotion.evidence.scatter import deviations
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.terms import Additive, Term
-
-FIT_NATS = 0.1
-"""Decrease of half the sum of squares, relative to the noise variance, below which a fit ends: a
-twentieth of the least gain that counts (`rules.GAIN_LEAST`)."""
-
-BASE_STEPS = 20
-"""Evaluations of a joint refit that starts at the present model, which is further from the optimum
-than the prediction of a hypothesis. Chosen by the time of a diagnosis, as `REFIT_STEPS`."""
 
 
 def tested_starts(current: ContestRound, result: Result) -> list[tuple[int, Result]]:
@@ -102,13 +94,16 @@ def put_in(
     )
 
 
-def step_to(base: BaselineModel, current: RecordedRound, result: Result) -> None:
-    """Move a baseline model and the deviations of its runs to the optimum of a hypothesis."""
-    evidence = current.contest.evidence
-    delta = np.concatenate((result.fixed_step, result.coefficients))
-    own = deviations(evidence, evidence.index(result.block), result.omega, delta)
-    moved = np.concatenate((evidence.fixed, evidence.scatter))
-    take_step(base, evidence.scale[moved], result.fixed_step, own)
+def make_idle(base: BaselineModel, candidate: Candidate) -> None:
+    """Set the last candidate that was put into a model to a size of zero.
+
+    Not an effect that is a product of its values: it has no derivative there.
+    """
+    effect = candidate.effect
+    if effect is None:
+        base.additives[-1].coefficients = np.zeros_like(base.additives[-1].coefficients)
+    elif not any(value.scales for value in effect.values):
+        base.terms[-1].values[effect.scaling()] = 0.0
 
 
 def hold_to_name(term: Term) -> bool:
@@ -122,48 +117,40 @@ def hold_to_name(term: Term) -> bool:
 
 
 def refit(current: RecordedRound, result: Result) -> Contender | None:
-    """Fit baseline and candidate together, from the deviations that this hypothesis predicts.
+    """Fit baseline and candidate together, from the present model.
 
-    If the model so found keeps too little of the gain in the contest (`rules.RIVAL_SHARE`), that
-    step was too long: the fit then starts from the present model. Least squares do not know the
-    form error: beside one, the present model with the candidate is settled without them as well.
-    The model that gains most counts.
+    The candidate begins without a size: the fit cannot lose what the present model explains, and
+    its first step is that of the contest. Least squares go further, but do not know the form error
+    nor the noise: they come first only if the present model has no deviations of its runs, if the
+    first fit keeps too little of the gain in the contest (`rules.RIVAL_SHARE`), or if that gain
+    says nothing (`shifts_load`).
 
     Returns
     -------
     Contender or None
         None if the fit with the candidate is not finite.
     """
-    found = refit_from(current, result, step=True, fit=REFIT_STEPS)
-    enough = found is not None and found.gain >= rules.RIVAL_SHARE * result.gain
-    others: list[Contender | None] = []
-    if not enough:
-        others.append(refit_from(current, result, step=False, fit=BASE_STEPS))
-    if current.settled.base.form_error is not None:
-        others.append(refit_from(current, result, step=False, fit=0))
-    return max(filter(None, (found, *others)), key=lambda c: c.gain, default=None)
+    effect = current.candidates[result.name].effect
+    first = None
+    if np.any(current.settled.base.deviations):
+        first = refit_by(settle, current, result)
+        enough = first is not None and first.gain >= rules.RIVAL_SHARE * result.gain
+        if enough and (effect is None or not shifts_load(effect)):
+            return first
+    second = refit_by(refitted, current, result)
+    return max(filter(None, (first, second)), key=lambda c: c.gain, default=None)
 
 
-def refit_from(current: RecordedRound, result: Result, *, step: bool, fit: int) -> Contender | None:
-    """Optimise baseline and candidate together from one start; None if the model is not finite.
-
-    Parameters
-    ----------
-    step : bool
-        Whether it starts at the optimum that the hypothesis predicts, or at the present model.
-    fit : int
-        Evaluations by least squares before the model is settled; 0: none.
-    """
+def refit_by(
+    fit: Callable[[BaselineModel, Noise], Settled], current: RecordedRound, result: Result
+) -> Contender | None:
+    """Fit the present model with a candidate; None if the fit is not finite."""
     settled, candidate = current.settled, current.candidates[result.name]
     base = settled.base.copy()
     try:
-        if step:
-            step_to(base, current, result)
         put_in(base, current, candidate, *start_of(current, result))
-        if fit:
-            noise = float(np.median(settled.noise.sigma))
-            base.fit(noise=noise, steps=fit, tolerance=close_enough(base))
-        done = settle(base, settled.noise)
+        make_idle(base, candidate)
+        done = fit(base, settled.noise)
         if candidate.effect is not None and hold_to_name(done.base.terms[-1]):
             done = refitted(done.base, settled.noise)
     except np.linalg.LinAlgError:
@@ -172,15 +159,15 @@ def refit_from(current: RecordedRound, result: Result, *, step: bool, fit: int) 
     return Contender(result, candidate, done, float(by_run.sum()), by_run)
 
 
+def shifts_load(effect: Effect) -> bool:
+    """Whether an effect shifts the load by a constant."""
+    return effect.kind == "torque" and effect.needs <= LOAD_NEEDS and not effect.memory
+
+
 def start_of(current: RecordedRound, result: Result) -> tuple[int, Result]:
     """Start of a candidate that explains most; a shape has one start."""
     shape = current.candidates[result.name].effect is None
     return (0, result) if shape else best_start(current, result)
-
-
-def close_enough(base: BaselineModel) -> float:
-    """Relative decrease of the cost equivalent to `FIT_NATS`; later steps continue from there."""
-    return 2.0 * FIT_NATS / base.conditions.rows
 
 
 def without_deviations(
