@@ -79,7 +79,7 @@ def test_a_model_keeps_less_than_its_linearisation_far_from_its_optimum(fitted, 
     assert np.all(far.beyond_linear > 0)
     assert np.sum(far.beyond_linear) > 10 * abs(np.sum(near.beyond_linear))
     gain = np.ones(near.base.conditions.runs)
-    some = Result("", 0.0, 1, 1.0, 1.0, 1.0, 0.0, gain, *[np.zeros(0)] * 4, "")
+    some = Result("", 0.0, 1, 1.0, 1.0, 1.0, 0.0, gain, *[np.zeros(0)] * 3, "")
     one, other = (
         Contender(some, Candidate(name, False, np.zeros((0, 0))), settled, gain.sum(), gain)
         for name, settled in (("far", far), ("near", near))

@@ -57,8 +57,6 @@ class Result:
         Of the scaled columns.
     covariance : ndarray
     omega : ndarray
-    fixed_step : ndarray
-        Step of the scaled columns of the baseline model.
     block : str
         Tested columns: all of the candidate, or those of one start.
     """
@@ -74,7 +72,6 @@ class Result:
     coefficients: FloatArray
     covariance: FloatArray
     omega: FloatArray
-    fixed_step: FloatArray
     block: str
 
 
@@ -195,7 +192,6 @@ class Contest:
             turn @ found.delta[n0:],
             turn @ found.inverse[n0:, n0:] @ turn.T,
             omega,
-            found.delta[:n0],
             name,
         )
 
