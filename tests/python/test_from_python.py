@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import pickle
 from collections.abc import Callable
 from pathlib import Path
 
@@ -17,7 +18,7 @@ from lostmotion.compare import compare
 from lostmotion.discover import Diagnosis, FittedModel, diagnose, fit_model
 from lostmotion.drives import Drive, parse_drive, read_drive
 from lostmotion.effects.library import library
-from lostmotion.errors import InputError
+from lostmotion.errors import InputError, LibraryError, TerminatedError
 from lostmotion.fit.drive_file import make_base
 from lostmotion.model import make_torsion_curve
 from lostmotion.on_progress import OnProgress
@@ -197,3 +198,19 @@ def test_a_torque_that_is_no_number_is_refused() -> None:
 def test_a_torsion_curve_takes_lists() -> None:
     line = TorsionCurve(np.array([-1.0, 0.0, 1.0]), np.array([-2.0, 0.0, 2.0]))
     np.testing.assert_allclose(line([0.5, 3.0]), [1.0, 6.0])
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        InputError("drive.toml", "drive.ratio", "-100", "a number above 1"),
+        LibraryError(3, "a value is out of range", "ratio", -100.0, 1.0, 1000.0),
+        LibraryError(4, "not finished"),
+        TerminatedError(15),
+    ],
+)
+def test_an_error_passes_between_processes(error: BaseException) -> None:
+    again = pickle.loads(pickle.dumps(error))
+    assert type(again) is type(error)
+    assert str(again) == str(error)
+    assert vars(again) == vars(error)

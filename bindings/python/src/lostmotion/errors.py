@@ -8,7 +8,10 @@ from pathlib import Path
 
 
 class LostMotionError(Exception):
-    """Base class of the exceptions of this package."""
+    """Base class of the exceptions of this package.
+
+    They pass through `pickle`, as between processes: `args` are those of the constructor.
+    """
 
 
 class InputError(LostMotionError):
@@ -31,8 +34,12 @@ class InputError(LostMotionError):
         self.key = key
         self.found = found
         self.expected = expected
-        place = ": ".join(shorten(part) for part in (self.file, key) if part)
-        super().__init__(one_line(f"{place}: found {shorten(found)}, expected {expected}"))
+        super().__init__(self.file, key, found, expected)
+
+    def __str__(self) -> str:
+        """Return the one line."""
+        place = ": ".join(shorten(part) for part in (self.file, self.key) if part)
+        return one_line(f"{place}: found {shorten(self.found)}, expected {self.expected}")
 
 
 class LibraryError(LostMotionError):
@@ -65,11 +72,15 @@ class LibraryError(LostMotionError):
         self.found = found
         self.low = low
         self.high = high
-        text = f"{key}: {sentence}" if key else sentence
-        if key:
-            text += f" (found {found:.6g}"
-            text += f", expected {low:.6g} to {high:.6g})" if (low, high) != (0.0, 0.0) else ")"
-        super().__init__(text)
+        super().__init__(status, sentence, key, found, low, high)
+
+    def __str__(self) -> str:
+        """Return the sentence, with the input and its range."""
+        if not self.key:
+            return self.sentence
+        ranged = (self.low, self.high) != (0.0, 0.0)
+        expected = f", expected {self.low:.6g} to {self.high:.6g}" if ranged else ""
+        return f"{self.key}: {self.sentence} (found {self.found:.6g}{expected})"
 
 
 class TerminatedError(KeyboardInterrupt):
@@ -82,7 +93,7 @@ class TerminatedError(KeyboardInterrupt):
     """
 
     def __init__(self, number: int) -> None:
-        super().__init__()
+        super().__init__(number)
         self.number = number
 
 
