@@ -152,7 +152,8 @@ def check_units(loops: list[Loop]) -> None:
     rest = [loop for loop, out in zip(loops, apart, strict=True) if not out]
     if len(rest) < 2 or len(rest) == len(loops):
         return
-    apart &= far_from(sizes[~apart], sizes) * len(loops) < DOUBT_CHANCE
+    ordinary = sizes[~apart]
+    apart &= far_from(ordinary, sizes) * len(loops) < DOUBT_CHANCE
     curve, scatter = curve_of(rest)
     usual = float(np.exp(np.median(sizes)))
     swing_Nm = float(np.median([np.std(loop.run.torque_Nm) for loop in rest]))
@@ -163,7 +164,7 @@ def check_units(loops: list[Loop]) -> None:
                 (abs(math.log(by[0] * float(np.std(loop.run.torque_Nm)) / swing_Nm)), name)
                 for name, by in UNITS.items()
                 if loop.misfit(curve, *by) <= scatter
-                and abs(math.log(abs(loop.slope) * by[1] / by[0] / usual)) <= math.log(SIZE_FACTOR)
+                and is_among(ordinary, math.log(abs(loop.slope) * by[1] / by[0]))
             ]
             if fitting:
                 # The likeliest is that in which the run was loaded as much as the others.
@@ -177,6 +178,11 @@ def check_units(loops: list[Loop]) -> None:
             f"as with {fits}",
             "one unit in all runs",
         )
+
+
+def is_among(usual: FloatArray, value: float) -> bool:
+    """Whether a logarithm of a slope is no outlier among the usual ones."""
+    return float(far_from(usual, np.array([value]))[0]) >= DOUBT_CHANCE
 
 
 def far_from(usual: FloatArray, values: FloatArray) -> FloatArray:
