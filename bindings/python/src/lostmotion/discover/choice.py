@@ -184,11 +184,9 @@ def try_shortlist(
         Candidates that did not pass, so that they do not hide weaker ones.
     """
     passed = find_leads(current, results, least)
-    shortlist = strongest(passed)
+    shortlist = model.with_unjudged(current, results, strongest(passed))
     reserve = without(passed, shortlist)
     shortlist = model.more_starts(current, shortlist)
-
-    shortlist += model.unjudged(current, results, shortlist)
     shortlist += model.with_equal_runs(current)
 
     def tried(leads: list[Lead]) -> list[Contender]:

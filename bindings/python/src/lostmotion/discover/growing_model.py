@@ -134,11 +134,11 @@ class GrowingModel(ABC):
         """Add leads from a model without form error."""
         return leads
 
-    def unjudged(
+    def with_unjudged(
         self, current: ContestRound, results: list[Result], leads: list[Lead]
     ) -> list[Lead]:
-        """Leads that need a refit, whatever their tangents indicate."""
-        return []
+        """Leads with those that need a refit, whatever their tangents indicate."""
+        return leads
 
     def with_equal_runs(self, current: ContestRound) -> list[Lead]:
         """Leads from a model in which the runs have no deviations."""

@@ -40,6 +40,7 @@ from lostmotion.discover.growing_model import Contender, GrowingModel, Lead
 from lostmotion.discover.linearise import Settled, noise_rms, plain_rms, settle
 from lostmotion.discover.refits import refit, refitted, sharpen, shifts_load, without_deviations
 from lostmotion.discover.selection import select
+from lostmotion.discover.shortlist import without
 from lostmotion.discover.stepwise_fit import fit_models
 from lostmotion.discover.terms import beyond_form, term_angle, term_size, term_tested
 from lostmotion.effects.effect import Effect
@@ -411,21 +412,20 @@ class RecordedModel(GrowingModel):
         found.sort(key=lambda result: (-result.wald, result.name))
         return [Lead(equal, result, None) for result in found[: rules.REFITS_MOST]]
 
-    def unjudged(
+    def with_unjudged(
         self, current: ContestRound, results: list[Result], leads: list[Lead]
     ) -> list[Lead]:
-        """Effects that shift the load by a constant.
+        """Add effects that shift the load by a constant, or leave them without a size.
 
         They shift every kink, and a model fitted without them is smeared there: its tangent is of
         little use if the load is wrong by more than the width of a kink.
         """
-        known = {lead.name for lead in leads}
         found = []
         for result in results:
             effect = current.candidates[result.name].effect
-            if effect is not None and result.name not in known and shifts_load(effect):
+            if effect is not None and shifts_load(effect):
                 found.append(Lead(current, result, None))
-        return found
+        return without(leads, found) + found
 
     def sharpened(self, current: ContestRound, shape: Contender) -> Contender | None:
         """See `GrowingModel`."""
