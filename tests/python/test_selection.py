@@ -15,7 +15,14 @@ from small_campaigns import RATED_NM, RATIO, answer_of, campaign, gap
 
 from lostmotion import threads
 from lostmotion.discover import diagnose, library
-from lostmotion.discover.choice import best_of, choose, of_use, replace_form, simplest
+from lostmotion.discover.choice import (
+    best_of,
+    choose,
+    explained_by_less,
+    of_use,
+    replace_form,
+    simplest,
+)
 from lostmotion.discover.growing_model import Lead
 from lostmotion.discover.linearise import Settled, plain_rms, settle
 from lostmotion.discover.measurement_noise import estimate_noise
@@ -253,6 +260,23 @@ def test_what_unseen_runs_do_not_confirm_is_of_no_use_beside_an_effect(warm_gap)
     before, after = (rung["rms_heldout_arcsec"] for rung in warm_gap.ladder)
     fall = before**2 - after**2
     assert 0.98 * fall < model.fall_of_left_out(opened) < fall + 1e-9
+
+
+def test_a_worse_explanation_is_no_larger_than_the_best_one(warm_gap):
+    """Nothing is named if the best explanation of what is missing is too small to count."""
+    model, current = model_before(warm_gap), warm_gap.selection.steps[0].round
+    found = {result.name: result for result in warm_gap.selection.steps[0].results}
+    best, worse = (refit(current, found[name]) for name in ("thermal_gap", "thermal_stiffness"))
+    assert best.gain > worse.gain
+    assert not model.keeps_beside(worse, best)
+    assert model.keeps_beside(best, worse)
+    assert not explained_by_less(model, worse, [best, worse])
+    best.passes = False
+    assert explained_by_less(model, worse, [best, worse])
+    assert not explained_by_less(model, worse, [dataclasses.replace(best, explains=False), worse])
+    # One that explains something else keeps its gain.
+    worse.passes, worse.gain = False, 2.0 * best.gain
+    assert not explained_by_less(model, best, [best, worse])
 
 
 def test_left_out_runs_confirm_an_effect_of_the_least_size(warm_gap, monkeypatch):

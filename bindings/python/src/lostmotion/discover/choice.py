@@ -69,11 +69,7 @@ def choose(model: GrowingModel, current: ContestRound, results: list[Result], le
             return step
         tried |= {contender.name for contender in step.contenders}
         named = {*step.rivals, *confused_with(selected)}
-        untried = [
-            Lead(current, result, None)
-            for result in apart
-            if result.name in named - tried and may_be_rival(current, result, selected)
-        ]
+        untried = [Lead(current, result, None) for result in apart if result.name in named - tried]
         if not untried:
             return step
         tried |= {lead.name for lead in untried}
@@ -105,6 +101,11 @@ def choose_among(
             shape = max(shape, sharper, key=lambda c: c.gain)
     forms = replace_form(current, effects)
     selected = best_of(current, effects, shape, forms)
+    while selected is not None and explained_by_less(model, selected, contenders):
+        rejected = rejected | {selected.name}
+        confirmed.remove(selected)
+        effects.remove(selected)
+        selected = best_of(current, effects, shape, forms)
     step = Step(current, results, selected, contenders, least_arcsec=least)
     if selected is not None and selected.candidate.named:
         names = {c.name for c in confirmed}
@@ -132,6 +133,21 @@ def choose_among(
         alike = rivals(current, large, contenders, selected, here)
         step.rivals = model.substitutes(current, selected, alike)
     return step
+
+
+def explained_by_less(model: GrowingModel, selected: Contender, others: list[Contender]) -> bool:
+    """Whether an effect that is too small to count explains better what the selected one does.
+
+    What is missing has the size of its best explanation.
+    """
+    return selected.candidate.named and any(
+        one.candidate.named
+        and one.explains
+        and not one.passes
+        and one.gain > selected.gain
+        and not model.keeps_beside(selected, one)
+        for one in others
+    )
 
 
 def replace_form(current: ContestRound, effects: Sequence[Contender]) -> set[str]:
@@ -228,10 +244,11 @@ def try_lead(
     contender.size = model.size_within(contender) if lead.size is None else lead.size
     gain = contender.gain + model.not_kept(contender)
     enough = large_enough(lead.round, lead.result, contender.size, least)
-    contender.passes = gain >= rules.GAIN_LEAST and enough
-    if contender.passes and contender.candidate.named:
+    contender.explains = gain >= rules.GAIN_LEAST
+    if contender.explains and contender.candidate.named:
         contender.in_model = model.tested(contender)
-        contender.passes = contender.in_model is not None and accepted(contender.in_model, count)
+        contender.explains = contender.in_model is not None and accepted(contender.in_model, count)
+    contender.passes = contender.explains and enough
     return contender
 
 

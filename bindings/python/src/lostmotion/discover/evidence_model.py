@@ -173,14 +173,20 @@ class EvidenceModel(GrowingModel):
             candidate = current.candidates[rival.name]
             other = Contender(rival, candidate, None, rival.gain, rival.gain_by_run)
             beside = self.beside(selected, [*self.taken, other])
-            needed = (
-                beside is not None
-                and accepted(beside, count)
-                and beside.gain >= rules.RIVAL_SHARE * selected.gain
-            )
+            needed = beside is not None and accepted(beside, count) and keeps_gain(beside, selected)
             if not needed:
                 names.append(rival.name)
         return names
+
+    def keeps_beside(self, contender: Contender, other: Contender) -> bool:
+        """See `GrowingModel`."""
+        beside = self.beside(contender, [*self.taken, other])
+        return beside is not None and keeps_gain(beside, contender)
+
+
+def keeps_gain(beside: Result, contender: Contender) -> bool:
+    """Whether a result beside another candidate has enough of a contender's gain."""
+    return beside.gain >= rules.RIVAL_SHARE * contender.gain
 
 
 def candidates_of(body: Body, effects: Mapping[str, Effect]) -> list[Candidate]:

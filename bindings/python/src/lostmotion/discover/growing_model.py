@@ -49,6 +49,9 @@ class Contender:
     gain: float
     gain_by_run: FloatArray
     size: float = 0.0
+    explains: bool = True
+    """Whether it passes all tests but that of its size."""
+
     passes: bool = True
     formless: Settled | None = None
     """The model that was fitted without form error, if the candidate was found by such a model."""
@@ -113,6 +116,10 @@ class GrowingModel(ABC):
     def counts_as_fall(self, fall: float) -> bool:
         """Whether a mean square falls at least as by an effect of the least size."""
         return fall >= (rules.SIZE_LEAST * self.within) ** 2
+
+    @abstractmethod
+    def keeps_beside(self, contender: Contender, other: Contender) -> bool:
+        """Whether a candidate keeps its gain (`rules.RIVAL_SHARE`) with another in the model."""
 
     @abstractmethod
     def take(self, contender: Contender, current: ContestRound) -> None:
