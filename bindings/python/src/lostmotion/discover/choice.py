@@ -54,27 +54,28 @@ def choose(model: GrowingModel, current: ContestRound, results: list[Result], le
 
     A candidate that is confounded with the form error counts as one, unless a model without form
     error finds it (`GrowingModel.more_starts`): then it is selected first, as a form would be,
-    and only such candidates are its rivals. Every rival is tried in the model: by tangents alone,
+    and only such candidates are its rivals. Every rival is tried in place of it: by tangents alone,
     effects may seem to be confounded that their models separate. So is what the card of the
     selected effect names, however small its tangent is. If one of these is selected in turn, so
     are its rivals. One that was tried must pass as the selected one does.
     """
     apart = [result for result in results if not current.candidates[result.name].of_form]
     contenders, rejected = try_shortlist(model, current, apart, least)
-    tried = {contender.name for contender in contenders}
+    tried: set[str] = set()
     while True:
         step = choose_among(model, current, results, least, contenders, rejected)
         selected = step.selected
         if selected is None or not selected.candidate.named:
             return step
-        tried |= {contender.name for contender in step.contenders}
-        named = {*step.rivals, *confused_with(selected)}
-        untried = [Lead(current, result, None) for result in apart if result.name in named - tried]
+        tried.add(selected.name)
+        named = {*step.rivals, *confused_with(selected)} - tried
+        untried = [result for result in apart if result.name in named]
         if not untried:
             return step
-        tried |= {lead.name for lead in untried}
-        contenders = best_starts(model, contenders + try_leads(model, untried, least, current))
-        rejected = rejected | {lead.name for lead in untried} - {c.name for c in contenders}
+        tried |= named
+        leads = model.in_place_of(selected, current, untried)
+        contenders = best_starts(model, contenders + try_leads(model, leads, least, current))
+        rejected = rejected | named - {c.name for c in contenders}
 
 
 def choose_among(

@@ -151,6 +151,12 @@ class GrowingModel(ABC):
         """Leads from a model in which the runs have no deviations."""
         return []
 
+    def in_place_of(
+        self, selected: Contender, current: ContestRound, results: Sequence[Result]
+    ) -> list[Lead]:
+        """Leads of results of a round, from the best start for what a selected effect explains."""
+        return [Lead(current, result, None) for result in results]
+
     def mark_rejected(self, current: ContestRound) -> None:  # noqa: B027
         """Mark in the last round, for the answer, what refits found confounded with the form."""
 

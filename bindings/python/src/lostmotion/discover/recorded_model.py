@@ -421,6 +421,21 @@ class RecordedModel(GrowingModel):
         found.sort(key=lambda result: (-result.wald, result.name))
         return [Lead(equal, result, None) for result in found[: rules.REFITS_MOST]]
 
+    def in_place_of(
+        self, selected: Contender, current: ContestRound, results: Sequence[Result]
+    ) -> list[Lead]:
+        """See `GrowingModel`: from the model with the selected effect, without that.
+
+        There the values of the model are those beside an effect, and its contribution is missing.
+        In the present model they may imitate a part of it, and a tangent show little.
+        """
+        base = model_of(selected).copy()
+        del base.terms[-1]
+        effects = {result.name: self.effects[result.name] for result in results}
+        candidates, _ = named_candidates(effects, base, base.at(), self.ratio)
+        there = make_round(replace(self.now, base=base), candidates, {})
+        return [Lead(there, result, None) for result in judge_all(there)]
+
     def with_unjudged(
         self, current: ContestRound, results: list[Result], leads: list[Lead]
     ) -> list[Lead]:
