@@ -353,7 +353,8 @@ class RecordedModel(GrowingModel):
     ) -> list[str]:
         """See `GrowingModel`: those whose models predict the left-out runs as well."""
         starts = self.now.base.conditions.starts[:-1]
-        fitted = {name: found for (_, name), (_, found) in self.tried.items() if found}
+        found = [contender for _, contender in self.tried.values() if contender]
+        fitted = {one.name: one for one in sorted(found, key=lambda one: one.gain)}
 
         def squares(contender: Contender) -> FloatArray:
             assert contender.settled is not None
