@@ -56,8 +56,9 @@ def choose(model: GrowingModel, current: ContestRound, results: list[Result], le
     error finds it (`GrowingModel.more_starts`): then it is selected first, as a form would be,
     and only such candidates are its rivals. Every rival is tried in place of it: by tangents alone,
     effects may seem to be confounded that their models separate. So is what the card of the
-    selected effect names, however small its tangent is. If one of these is selected in turn, so
-    are its rivals. One that was tried must pass as the selected one does.
+    selected effect names, and other laws of friction however small their tangents are. If one of
+    these is selected in turn, so are its rivals. One that was tried must pass as the selected one
+    does.
     """
     apart = [result for result in results if not current.candidates[result.name].of_form]
     contenders, rejected = try_shortlist(model, current, apart, least)
@@ -73,7 +74,12 @@ def choose(model: GrowingModel, current: ContestRound, results: list[Result], le
         if not untried:
             return step
         tried |= named
-        leads = model.in_place_of(selected, current, untried)
+        leads = [
+            lead
+            for lead in model.in_place_of(selected, current, untried)
+            if lead.result.gain >= rules.RIVAL_SHARE * selected.gain
+            or imitates_law(current, lead.name)
+        ]
         contenders = best_starts(model, contenders + try_leads(model, leads, least, current))
         rejected = rejected | named - {c.name for c in contenders}
 
