@@ -496,7 +496,7 @@ TEST(a_jump_fades_with_the_lag) {
 }
 
 /* At rest the friction is whole; at the Stribeck speed it falls by 1 - 1/e of the share, in either
- * direction, whatever the torque is; and noise of single samples within the smoothing time does not
+ * direction, whatever the torque is; and noise of single samples within the memory does not
  * matter. */
 TEST(friction_falls_with_the_speed_of_winding_up) {
   static const lm_real value[] = {LM_REAL(0.25), LM_REAL(0.000244140625) /* 2^-12 */,

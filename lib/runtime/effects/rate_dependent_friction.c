@@ -1,13 +1,14 @@
 #include "runtime/effects/first_order_lag.h"
 
-enum { SHARE, STRIBECK_RAD_PER_S, SMOOTHING_S, VALUES };
+enum { SHARE, STRIBECK_RAD_PER_S, MEMORY_S, VALUES };
 
 /* Friction of contacts falls with the speed of sliding (Stribeck). Contacts in parallel with the
  * spring slide as the drive winds up: at one rate of the torque they slide faster where the drive
- * is soft. At rest the friction bands have their full width. The speed is that of the torsion curve
- * within `smoothing`, so that noise of single samples does not determine it. */
+ * is soft. At rest the friction bands have their full width. Friction has a memory: it follows the
+ * speed while the contacts slide on, here that of the torsion curve with a first-order lag, and
+ * noise of single samples does not determine it (Armstrong-Helouvry et al. 1994). */
 static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *at) {
-  lm_real lag_s = value[SMOOTHING_S];
+  lm_real lag_s = value[MEMORY_S];
   lm_real speed_rad_per_s = lag_behind(memory, at->elastic_rad, at->elapsed_s, lag_s) / lag_s;
   lm_real fast = speed_rad_per_s / value[STRIBECK_RAD_PER_S];
   return 1 - value[SHARE] * (1 - lm_exponential(-fast * fast));
@@ -29,13 +30,13 @@ static const lm_effect_card card = {
       {LM_REAL(0.03), LM_REAL(0.1), LM_REAL(0.3), 0},
       0u,
       "Stribeck speed of winding up"},
-     {"smoothing_s",
-      LM_VALUE_FIXED,
-      LM_REAL(0.05),
+     {"memory_s",
+      LM_VALUE_SHAPE,
+      LM_REAL(0.3),
       LM_SCALE_NONE,
-      {LM_REAL(0.05), 0, 0, 0},
+      {LM_REAL(0.3), 0, 0, 0},
       0u,
-      "smoothing time of the speed"}},
+      "time in which friction follows the speed"}},
     LM_CARD_AS_USUAL};
 #endif
 
