@@ -54,11 +54,10 @@ def choose(model: GrowingModel, current: ContestRound, results: list[Result], le
 
     A candidate that is confounded with the form error counts as one, unless a model without form
     error finds it (`GrowingModel.more_starts`): then it is selected first, as a form would be,
-    and only such candidates are its rivals. Every rival is tried in place of it: by tangents alone,
-    effects may seem to be confounded that their models separate. So is what the card of the
-    selected effect names, and other laws of friction however small their tangents are. If one of
-    these is selected in turn, so are its rivals. One that was tried must pass as the selected one
-    does.
+    and only such candidates are its rivals. Every alternative to the selected effect is tried in
+    place of it: by tangents alone, effects may seem to be confounded that their models separate. If
+    one of these is selected in turn, so are its alternatives. One that was tried must pass as the
+    selected one does.
     """
     apart = [result for result in results if not current.candidates[result.name].of_form]
     contenders, rejected = try_shortlist(model, current, apart, least)
@@ -69,19 +68,40 @@ def choose(model: GrowingModel, current: ContestRound, results: list[Result], le
         if selected is None or not selected.candidate.named:
             return step
         tried.add(selected.name)
-        named = {*step.rivals, *confused_with(selected)} - tried
-        untried = [result for result in apart if result.name in named]
-        if not untried:
+        names = alternatives(current, apart, step, selected) - tried
+        if not names:
             return step
-        tried |= named
+        tried |= names
+        untried = [result for result in apart if result.name in names]
         leads = [
             lead
             for lead in model.in_place_of(selected, current, untried)
-            if lead.result.gain >= rules.RIVAL_SHARE * selected.gain
-            or imitates_law(current, lead.name)
+            if explains_enough(lead.result, selected) or imitates_law(current, lead.name)
         ]
         contenders = best_starts(model, contenders + try_leads(model, leads, least, current))
-        rejected = rejected | named - {c.name for c in contenders}
+        rejected = rejected | names - {c.name for c in contenders}
+
+
+def alternatives(
+    current: ContestRound, apart: list[Result], step: Step, selected: Contender
+) -> set[str]:
+    """Effects that may explain what the selected one does.
+
+    Its rivals, what its card names, and all that explain enough, whatever their size: one that is
+    too small to count may be the best explanation.
+    """
+    named = {*step.rivals, *confused_with(selected)}
+    return {
+        result.name
+        for result in apart
+        if current.candidates[result.name].named
+        and (result.name in named or explains_enough(result, selected))
+    }
+
+
+def explains_enough(result: Result, selected: Contender) -> bool:
+    """Whether an effect may be confounded with the selected one (`rules.RIVAL_SHARE`)."""
+    return result.gain >= rules.RIVAL_SHARE * selected.gain
 
 
 def choose_among(
