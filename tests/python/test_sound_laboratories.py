@@ -31,3 +31,10 @@ def test_a_sound_campaign_has_no_finding(protocol: str, tmp_path: Path) -> None:
         hold_against(campaign, drive)
         assert not campaign.findings
         read_campaign(files, ratio=math.inf)
+
+
+def test_runs_that_stick_and_lean_are_in_no_other_unit(tmp_path: Path) -> None:
+    """Two runs of an arm are three times as stiff, not nine times as in a pound-force inch."""
+    Laboratory(93, "dahl", "arm").write(tmp_path, "output_eccentricity", 2.0)
+    drive = read_drive(tmp_path / "drive.toml")
+    assert not read_campaign(sorted(tmp_path.glob("*.csv.gz")), ratio=drive.ratio).findings
