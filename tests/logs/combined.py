@@ -83,7 +83,8 @@ def combined(dress: str, damage: str, commands: Sequence[str] = QUICK) -> Verdic
 def names_in_file(dress: str, finding: Sequence[str]) -> list[str]:
     """Names that a format has for the column of a finding."""
     maps = [text.partition("=") for text in DRESSES[dress].maps]
-    return [name for name, _, to in maps if finding and finding[0] in to]
+    wanted = finding[0].split("|") if finding else []
+    return [name for name, _, to in maps if any(one in to for one in wanted)]
 
 
 def files(dress: str, folder: Path, sheet: Sheet) -> list[Path]:
