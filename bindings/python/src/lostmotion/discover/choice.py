@@ -218,7 +218,8 @@ def try_shortlist(
 ) -> tuple[list[Contender], set[str]]:
     """Try the shortlist in the model, then the reserve until one passes and is of use.
 
-    The shortlist contains starts from other models: without form error, and with equal runs.
+    The shortlist contains starts from other models: without form error, and with equal runs. An
+    effect on it is tried from all its starts.
 
     Returns
     -------
@@ -231,6 +232,9 @@ def try_shortlist(
     reserve = without(passed, shortlist)
     shortlist = model.more_starts(current, shortlist)
     shortlist += model.with_equal_runs(current)
+    listed = {lead.name for lead in shortlist}
+    shortlist += [lead for lead in reserve if lead.name in listed]
+    reserve = without(reserve, shortlist)
 
     def tried(leads: list[Lead]) -> list[Contender]:
         return try_leads(model, leads, least, current)
