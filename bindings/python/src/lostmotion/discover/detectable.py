@@ -82,6 +82,9 @@ def detectable(contest_round: ContestRound, within: float) -> tuple[dict[str, An
         parameter, unit = split_unit(value.name)
         if not candidate.effect.free():  # a slip has the size of a tooth
             parameter, unit = "teeth", None
+        if size > value.high:
+            unreachable[name] = f"no possible size is detectable: {parameter} above {value.high:g}"
+            continue
         symbol = unit.symbol if unit is not None else "-"
         if symbol.startswith("rad"):
             size, symbol = size / ARCSEC, "arcsec" + symbol.removeprefix("rad")
