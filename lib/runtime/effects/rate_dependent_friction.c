@@ -5,8 +5,9 @@ enum { SHARE, STRIBECK_RAD_PER_S, MEMORY_S, VALUES };
 /* Friction of contacts falls with the speed of sliding (Stribeck). Contacts in parallel with the
  * spring slide as the drive winds up: at one rate of the torque they slide faster where the drive
  * is soft. At rest the friction bands have their full width. Friction has a memory: it follows the
- * speed while the contacts slide on, here that of the torsion curve with a first-order lag, and
- * noise of single samples does not determine it (Armstrong-Helouvry et al. 1994). */
+ * speed while the contacts slide on (Armstrong-Helouvry et al. 1994), here that of the torsion curve
+ * with a first-order lag, by default the time for 10 arc seconds at the typical Stribeck speed. So
+ * noise of single samples does not determine it either. */
 static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *at) {
   lm_real lag_s = value[MEMORY_S];
   lm_real speed_rad_per_s = lag_behind(memory, at->elastic_rad, at->elapsed_s, lag_s) / lag_s;
@@ -31,10 +32,10 @@ static const lm_effect_card card = {
       0u,
       "Stribeck speed of winding up"},
      {"memory_s",
-      LM_VALUE_SHAPE,
-      LM_REAL(0.3),
+      LM_VALUE_FIXED,
+      LM_REAL(0.25),
       LM_SCALE_NONE,
-      {LM_REAL(0.3), 0, 0, 0},
+      {LM_REAL(0.25), 0, 0, 0},
       0u,
       "time in which friction follows the speed"}},
     LM_CARD_AS_USUAL};
