@@ -47,3 +47,15 @@ def test_a_scan_leaves_a_take_up_on_which_the_error_does_not_depend(tmp_path: Pa
     back = scanned(base)
     assert back.terms[0].values[place] == pytest.approx(found_Nm, rel=0.15)
     assert plain_rms(back) < 1.01 * least < plain_rms(base)
+
+
+def test_a_gap_is_taken_up_within_half_of_the_rated_torque(tmp_path: Path) -> None:
+    """What the rated torque hardly closes is a stiffness: a bound keeps the two apart."""
+
+    def softer(columns: dict[str, np.ndarray], wound: np.ndarray) -> np.ndarray:
+        return 0.3 * (columns["temperature"] - 20.0) * np.clip(wound / 34.0, -1.0, 1.0)
+
+    sheet = tmp_path / "drive.toml"
+    sheet.write_text(small_campaigns.DRIVE)
+    fitted = fit_model(read_drive(sheet), small_campaigns.campaign(add=softer), "thermal_gap")
+    assert fitted.params["thermal_gap.takeup_Nm"].value <= 0.5 * small_campaigns.RATED_NM
