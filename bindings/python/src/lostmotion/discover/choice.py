@@ -76,7 +76,7 @@ def choose(model: GrowingModel, current: ContestRound, results: list[Result], le
         leads = [
             lead
             for lead in model.in_place_of(selected, current, untried)
-            if explains_enough(lead.result, selected) or imitates_law(current, lead.name)
+            if selected.matched_by(lead.result) or imitates_law(current, lead.name)
         ]
         contenders = best_starts(model, contenders + try_leads(model, leads, least, current))
         rejected = rejected | names - {c.name for c in contenders}
@@ -95,13 +95,8 @@ def alternatives(
         result.name
         for result in apart
         if current.candidates[result.name].named
-        and (result.name in named or explains_enough(result, selected))
+        and (result.name in named or selected.matched_by(result))
     }
-
-
-def explains_enough(result: Result, selected: Contender) -> bool:
-    """Whether an effect may be confounded with the selected one (`rules.RIVAL_SHARE`)."""
-    return result.gain >= rules.RIVAL_SHARE * selected.gain
 
 
 def choose_among(

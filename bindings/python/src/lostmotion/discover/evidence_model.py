@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from lostmotion import rules
 from lostmotion.arrays import IntArray
 from lostmotion.candidates.candidate import KINDS, Candidate
 from lostmotion.candidates.forms import Linear, form_of
@@ -149,13 +148,13 @@ class EvidenceModel(GrowingModel):
         """See `GrowingModel`."""
         for one in reversed([c for c in self.taken if c.candidate.named]):
             others = [c for c in self.taken if c is not one]
-            beside = self.beside(one, [*others, contender])
+            beside = self.beside_all(one, [*others, contender])
             if beside is None or not accepted(beside, corrected_for(current, one.candidate)):
                 self.taken = others
         self.taken = [*self.taken, contender]
         self.trail.append(self.taken)
 
-    def beside(self, one: Contender, others: Sequence[Contender]) -> Result | None:
+    def beside_all(self, one: Contender, others: Sequence[Contender]) -> Result | None:
         """Test a candidate with others in the model."""
         return judge(self.round_with(others), one.result.block)
 
@@ -172,21 +171,15 @@ class EvidenceModel(GrowingModel):
         for rival in rivals:
             candidate = current.candidates[rival.name]
             other = Contender(rival, candidate, None, rival.gain, rival.gain_by_run)
-            beside = self.beside(selected, [*self.taken, other])
-            needed = beside is not None and accepted(beside, count) and keeps_gain(beside, selected)
+            beside = self.beside(selected, other)
+            needed = beside is not None and accepted(beside, count) and selected.matched_by(beside)
             if not needed:
                 names.append(rival.name)
         return names
 
-    def keeps_beside(self, contender: Contender, other: Contender) -> bool:
+    def beside(self, contender: Contender, other: Contender) -> Result | None:
         """See `GrowingModel`."""
-        beside = self.beside(contender, [*self.taken, other])
-        return beside is not None and keeps_gain(beside, contender)
-
-
-def keeps_gain(beside: Result, contender: Contender) -> bool:
-    """Whether a result beside another candidate has enough of a contender's gain."""
-    return beside.gain >= rules.RIVAL_SHARE * contender.gain
+        return self.beside_all(contender, [*self.taken, other])
 
 
 def candidates_of(body: Body, effects: Mapping[str, Effect]) -> list[Candidate]:

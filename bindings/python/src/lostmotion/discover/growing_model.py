@@ -69,6 +69,10 @@ class Contender:
         """Name of the candidate."""
         return self.result.name
 
+    def matched_by(self, result: Result) -> bool:
+        """Whether a result has enough of the gain to explain the same (`rules.RIVAL_SHARE`)."""
+        return result.gain >= rules.RIVAL_SHARE * self.gain
+
 
 class GrowingModel(ABC):
     """The model of a selection.
@@ -118,8 +122,13 @@ class GrowingModel(ABC):
         return fall >= (rules.SIZE_LEAST * self.within) ** 2
 
     @abstractmethod
+    def beside(self, contender: Contender, other: Contender) -> Result | None:
+        """Result of a candidate with another in the model; None if it is not finite."""
+
     def keeps_beside(self, contender: Contender, other: Contender) -> bool:
-        """Whether a candidate keeps its gain (`rules.RIVAL_SHARE`) with another in the model."""
+        """Whether a candidate keeps enough of its gain with another in the model."""
+        beside = self.beside(contender, other)
+        return beside is not None and contender.matched_by(beside)
 
     @abstractmethod
     def take(self, contender: Contender, current: ContestRound) -> None:

@@ -367,14 +367,13 @@ class RecordedModel(GrowingModel):
             or not runs_separate(squares(fitted[result.name]), squares(selected))
         ]
 
-    def keeps_beside(self, contender: Contender, other: Contender) -> bool:
+    def beside(self, contender: Contender, other: Contender) -> Result | None:
         """See `GrowingModel`: by its tangent at the model with the other."""
         settled, name = other.settled, contender.name
         assert settled is not None
         base = settled.base
         alone, _ = named_candidates({name: self.effects[name]}, base, base.at(), self.ratio)
-        beside = judge_all(make_round(settled, alone, {}))
-        return any(one.gain >= rules.RIVAL_SHARE * contender.gain for one in beside)
+        return next(iter(judge_all(make_round(settled, alone, {}))), None)
 
     def more_starts(self, current: ContestRound, leads: list[Lead]) -> list[Lead]:
         """Add effects that are confounded with the form error, judged without a form error.
