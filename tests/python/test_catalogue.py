@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from conftest import DATA
+from lostmotion.candidates.tangents import TAKEUP_MOST
 from lostmotion.catalogue import PARTS, Catalogue
 from lostmotion.drives import parse_drive
 from lostmotion.predict import predict
@@ -62,6 +63,21 @@ def test_size_20_has_the_published_reversal_lost_motion(bought: dict[str, Any]) 
     # 2 * 0.04 * 40 / 16000 rad = 0.69 arcmin at 4 % of the rated torque.
     row = next(r for r in TABLE if r["size"] == "20" and r["ratio"] == "80 and up")
     assert sheet(row).reversal_lost_motion(1.6) / ARCMIN == pytest.approx(0.6875, abs=5e-4)
+
+
+def test_a_gap_is_taken_up_within_the_largest_first_corner_of_the_tables() -> None:
+    with (DATA / "catalogue" / "torque_ratings.csv").open() as stream:
+        ratings = list(csv.DictReader(stream))
+    first_Nm = {(row["size"], row["ratio"]): float(row["T1_Nm"]) for row in TABLE}
+
+    def key(row: dict[str, str]) -> tuple[str, str]:
+        return row["size"], row["ratio"] if int(row["ratio"]) < 80 else "80 and up"
+
+    corners = [first_Nm[key(row)] / float(row["rated_2000rpm_Nm"]) for row in ratings]
+    assert len(corners) == 32
+    assert max(corners) == pytest.approx(TAKEUP_MOST, abs=0.005)
+    assert min(corners) == pytest.approx(0.13, abs=0.005)
+    assert np.median(corners) == pytest.approx(0.17, abs=0.005)
 
 
 positive = st.floats(0.1, 1e3)

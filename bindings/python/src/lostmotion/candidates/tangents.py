@@ -26,11 +26,11 @@ POINTS_MAX = 4
 TORQUE_SHARES = (0.02, 0.1, 0.5)
 """Default starts of a torque value, relative to rated torque."""
 
-TAKEUP_MOST = 0.5
+TAKEUP_MOST = 0.54
 """Largest torque that takes up a gap, relative to rated torque.
 
-In catalogues (tests/data) the first corner of the torsion curve, T1, is at 0.13 to 0.54 of it, in
-half of them below 0.17.
+Drives are soft below the first corner T1 of their torsion curve: at 0.13 to 0.54 of it in the
+tables of Harmonic Drive SE (tests/data/catalogue), in half of them below 0.17.
 """
 
 SMALL = 0.005
