@@ -279,10 +279,12 @@ def list_candidates(
         size = fitted[0] if fitted else where.round.size_of(result)
         stands_out = accepted(result, corrected_for(where.round, candidate))
         large = large_enough(where.round, result, size, where.least_arcsec)
+        too_small = stands_out and size < where.least_arcsec
+        of_form = candidate.of_form or (stands_out and not large and not too_small)
         confused = sorted(present) if result.name in rivals else []
         p = family_p(where.round, candidate, result)
         made = entry(effect, values_array, held, result.gain, p, confused, size)
-        out.append({**made, "too_small": stands_out and not large, "of_form": candidate.of_form})
+        out.append({**made, "too_small": too_small, "of_form": of_form})
     closed = {**selection.steps[0].round.closed, **last.round.closed}
     for name in effects:
         if name not in shown and not (effects[name].steps and name in present):
