@@ -19,6 +19,8 @@ from lostmotion.evidence.noise import Noise
 from lostmotion.evidence.scatter import reduce
 from lostmotion.evidence.shared_error import without_shared
 from lostmotion.fit.baseline import BaselineModel
+from lostmotion.fit.hysteresis import operator_columns
+from lostmotion.fit.terms import Term
 from lostmotion.recordings import Campaign, Run
 
 
@@ -49,6 +51,50 @@ def test_columns_of_the_torques_history_are_odd_and_independent_of_rate():
     assert basis(turned).preisach() == pytest.approx(-columns, abs=1e-12)
     assert np.array_equal(basis(slow).preisach(), columns)
     assert np.sqrt(np.mean(columns**2, axis=0)) == pytest.approx(1.0)
+
+
+def test_dahls_friction_is_that_of_small_steps():
+    one = BaselineModel(Conditions(campaign(1, runs=2, rows=300)), RATED_NM)
+    torque = one.conditions.torque
+    found = one.form_basis.dahl(torque)
+    steps, force = np.diff(torque, prepend=torque[0]), np.zeros(found.shape[1])
+    for step, row in zip(steps, found, strict=True):
+        for _ in range(200):
+            force += (np.sign(step) - force) * abs(step) / 200 / one.form_basis.radius_Nm
+        assert row == pytest.approx(force, abs=5e-3)
+
+
+def test_only_what_shakes_the_contacts_changes_dahls_friction():
+    """Small cycles about a torque bring it to zero, and leave operators where they are."""
+    base = BaselineModel(Conditions(campaign(1, runs=2, rows=300)), RATED_NM)
+    assert base.form_basis.shaken().shape == (600, 0)
+    assert base.with_present_form().form_basis is base.form_basis
+    half = base.form_basis.radius_Nm
+    rise, shake = np.linspace(0.0, RATED_NM, 100), 0.2 * half[3] * np.sin(np.arange(500))
+    moving = np.concatenate((rise, RATED_NM + shake))
+    force = base.form_basis.dahl(moving)[:, 3]
+    assert force[99] > 0.9
+    assert abs(force[-1]) < 0.1
+    steady, one = np.zeros(half.size), np.ones(moving.size)
+    plays = operator_columns(half, steady, moving, one, [slice(0, 600)])[:, 3]
+    assert plays[-1] + shake[-1] == pytest.approx(plays[99], abs=0.2 * half[3])
+
+
+def test_a_stiffness_that_varies_with_the_input_angle_shakes_the_contacts():
+    data = campaign(1, runs=2, rows=300)
+    for run in data.runs:
+        run.columns["input_angle"] = 2.0 * np.arange(300)
+    modulation = library()["stiffness_modulation"]
+    values = np.array([value.typical for value in modulation.values])
+    base = BaselineModel(
+        Conditions(data), RATED_NM, terms=[Term(modulation, values, modulation.free())]
+    )
+    shaken = base.with_present_form().form_basis.shaken()
+    assert np.sqrt(np.mean(shaken**2, axis=0)).max() > 0.05
+    for run in data.runs:
+        run.columns["torque"] = -run.columns["torque"]
+    other = BaselineModel(Conditions(data), RATED_NM, terms=base.terms)
+    assert other.with_present_form().form_basis.shaken() == pytest.approx(-shaken, abs=1e-12)
 
 
 def test_runs_that_repeat_a_torque_path_share_what_is_along_it():

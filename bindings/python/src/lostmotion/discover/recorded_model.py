@@ -132,6 +132,7 @@ class RecordedModel(GrowingModel):
     """
 
     def __init__(self, base: BaselineModel, effects: Mapping[str, Effect], ratio: float) -> None:
+        base = base.with_present_form()
         self.effects, self.ratio = effects, ratio
         self.began_with = base
         self.runs = base.conditions.runs
@@ -176,6 +177,7 @@ class RecordedModel(GrowingModel):
         self.tried, self.taking = {}, set()
         now = self.now
         if self.rounds:
+            base = base.with_present_form()
             self.largest = largest_model(base, candidates)
             self.noise = self.largest.noise()
             base = with_form_error(base, self.noise, candidates, self.largest)

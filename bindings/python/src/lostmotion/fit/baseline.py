@@ -415,6 +415,14 @@ class BaselineModel:
         parts = {name: part for name, part in vars(self).items() if name not in apart}
         return content_key(parts), content_key([block.prior for block in self.blocks()])
 
+    def with_present_form(self) -> BaselineModel:
+        """The model with the columns of a form error for its present effects on the compliance."""
+        other, c = self.copy(), self.conditions
+        moving = self.hysteresis.moving(self.driven().compliance)
+        if not np.array_equal(moving, self.form_basis.moving):
+            other.form_basis = FormBasis(c, self.hysteresis.sessions, moving)
+        return other
+
     def copy(self) -> BaselineModel:
         """An independent copy of the model."""
         other = copy.copy(self)

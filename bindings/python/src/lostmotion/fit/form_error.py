@@ -7,8 +7,11 @@ are
 
 - Preisach's: odd functions of operators of several half widths (Mayergoyz, Mathematical Models of
   Hysteresis, 1991): rate-independent, with the memory of any bank of operators;
+- what shaking takes from Dahl's friction (A Solid Friction Model, Aerospace Corporation, 1968): a
+  stiffness that varies with the input angle shakes the contacts, and every small cycle brings such
+  friction nearer to zero, whereas operators close it;
 - along the torque path, for runs that repeat each other: friction laws that creep under repeated
-loops (Bouc-Wen, Dahl) have no such memory.
+  loops (Bouc-Wen, Dahl) have no such memory.
 """
 
 from __future__ import annotations
@@ -80,20 +83,29 @@ class FormBasis:
     conditions : Conditions
     sessions : list of slice
         Rows within which the memory of friction continues.
+    moving : ndarray
+        Torque that moves the contacts, N m, see `Hysteresis.moving`.
     """
 
     conditions: Conditions
     sessions: list[slice]
+    moving: FloatArray
 
     @classmethod
     def of(cls, hysteresis: Hysteresis) -> FormBasis:
-        """Columns over the recordings of a model."""
-        return cls(hysteresis.conditions, hysteresis.sessions)
+        """Columns over the recordings of a model without effects."""
+        c = hysteresis.conditions
+        return cls(c, hysteresis.sessions, c.torque)
+
+    @property
+    def radius_Nm(self) -> FloatArray:
+        """Half widths of the operators."""
+        return float(np.max(np.abs(self.conditions.torque))) * np.geomspace(*RADIUS_RANGE, RADII)
 
     @cached_property
     def columns(self) -> FloatArray:
         """Columns, (rows, n); a unit coefficient is about an arc second."""
-        return np.asfortranarray(np.column_stack((self.preisach(), *self.paths())))
+        return np.asfortranarray(np.column_stack((self.preisach(), self.shaken(), *self.paths())))
 
     @cached_property
     def mean(self) -> FloatArray:
@@ -116,9 +128,9 @@ class FormBasis:
         """Odd functions of operators, each with unit rms."""
         torque = self.conditions.torque
         largest = float(np.max(np.abs(torque)))
-        radius = largest * np.geomspace(*RADIUS_RANGE, RADII)
         steady, one = np.zeros(RADII), np.ones(torque.size)
-        operators = torque[:, None] + operator_columns(radius, steady, torque, one, self.sessions)
+        plays = operator_columns(self.radius_Nm, steady, torque, one, self.sessions)
+        operators = torque[:, None] + plays
         ends = np.concatenate(([0.0], largest * np.geomspace(*END_RANGE, ENDS), [np.inf]))
         size, sign = np.abs(operators), np.sign(operators)
         stretches = [sign * np.clip(size - low, 0.0, high - low) for low, high in pairwise(ends)]
@@ -126,6 +138,30 @@ class FormBasis:
         rms = np.sqrt(np.mean(columns**2, axis=0))
         seen = rms > SEEN * rms.max(initial=0.0)
         return np.asarray(columns[:, seen] / rms[seen])
+
+    def shaken(self) -> FloatArray:
+        """Change of Dahl's friction, of unit rms, by what moves the contacts beside the torque."""
+        torque = self.conditions.torque
+        if self.moving is torque:
+            return np.zeros((torque.size, 0))
+        steady = self.dahl(torque)
+        rms = np.sqrt(np.mean(steady**2, axis=0))
+        change = self.dahl(self.moving) - steady
+        return np.asarray(np.divide(change, rms, out=np.zeros_like(change), where=rms > 0.0))
+
+    def dahl(self, moving: FloatArray) -> FloatArray:
+        """Dahl's friction, ``df = (sgn(dT) - f) |dT| / r`` for every half width."""
+        radius = self.radius_Nm
+        out = np.zeros((moving.size, radius.size))
+        for at in self.sessions:
+            step = np.diff(moving[at], prepend=moving[at.start])[:, None]
+            kept = np.exp(-np.abs(step) / radius)
+            added = np.sign(step) * (1.0 - kept)
+            force = np.zeros(radius.size)
+            for row, keep, add in zip(out[at], kept, added, strict=True):
+                force = keep * force + add
+                row[:] = force
+        return out
 
     def paths(self) -> list[FloatArray]:
         """Hat functions along the torque path of every group of runs that repeat each other."""

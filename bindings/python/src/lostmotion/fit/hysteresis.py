@@ -318,6 +318,21 @@ class Hysteresis:
         """Whether the compliance moves operators: those in series follow the torque itself."""
         return bool(np.any(self.shares)) and not np.all(compliance == 1.0)
 
+    def moving(self, compliance: FloatArray) -> FloatArray:
+        """Torque that moves the contacts, N m: ``T + (s - 1) U / U'`` under a compliance times s.
+
+        As for `followed`, but without the friction itself, and whatever friction the model has.
+        """
+        torque = self.conditions.torque
+        if np.all(compliance == 1.0):
+            return torque
+        t, followed = (
+            np.abs(torque) / self.knee_Nm,
+            envelope(torque, self.envelope_Nm, self.knee_Nm),
+        )
+        rise = self.envelope_Nm / self.knee_Nm * (1.0 + 2.0 * t) / (1.0 + t * (1.0 + t)) ** 2
+        return np.asarray(torque + (compliance - 1.0) * followed / (1.0 + rise))
+
     def followed(self, torque: FloatArray, compliance: FloatArray, width: FloatArray) -> FloatArray:
         """Envelope that the operators follow, N m: friction in parallel moves with the angle."""
         if not self.follows_compliance(compliance):
