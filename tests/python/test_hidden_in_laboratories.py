@@ -12,6 +12,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from rig.laboratory import Laboratory
 
 from lostmotion.discover import diagnose
+from lostmotion.discover.fitted_model import fit_model
 from lostmotion.drives import read_drive
 from lostmotion.recordings import read_campaign
 
@@ -59,3 +60,16 @@ def test_what_explains_another_part_is_no_rival(tmp_path: Path) -> None:
     found = diagnose(drive, campaign)
     assert found.verdict == "missing-effect"
     assert set(found.effects) == {"rate_dependent_friction", "thermal_stiffness"}
+
+
+def test_an_effect_is_kept_in_the_form_that_is_chosen_beside_it(tmp_path: Path) -> None:
+    """Creep calls for friction in parallel, where Dahl's friction hides it in the form error."""
+    truth = Laboratory(103, "dahl", "60 runs").write(tmp_path, "creep", 1.0)
+    drive = read_drive(tmp_path / "drive.toml")
+    campaign = read_campaign(sorted(tmp_path.glob("*.csv.gz")), ratio=drive.ratio)
+    found = diagnose(drive, campaign)
+    assert found.effects == ["creep"]
+    assert found.ladder[-1]["rms_arcsec"] < 1.1 * truth["noise_arcsec_rms"]
+    fitted = fit_model(drive, campaign, "creep")
+    share, told = (one.params["creep.share"] for one in (fitted, found))
+    assert told.value == pytest.approx(share.value)

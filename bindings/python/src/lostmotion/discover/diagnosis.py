@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -33,7 +33,7 @@ from lostmotion.discover.events import (
 )
 from lostmotion.discover.few_readings import few_readings_diagnosis
 from lostmotion.discover.form_variance import form_error_told
-from lostmotion.discover.gates import level_of_answer
+from lostmotion.discover.gates import level_of_answer, runs_separate
 from lostmotion.discover.ladder import make_rungs
 from lostmotion.discover.linearise import noise_rms
 from lostmotion.discover.noise_floor import noise_floor, scatter_of
@@ -194,6 +194,15 @@ class Selected:
     stepwise: StepwiseFit
     outliers: int
 
+    def predicts_better(self, other: Selected) -> bool:
+        """Whether left-out runs separate these effects from other ones in the same form."""
+        starts = self.base.conditions.starts[:-1]
+        own, others = (
+            np.add.reduceat(one.selection.left_out.of(one.stepwise.model) ** 2, starts)
+            for one in (self, other)
+        )
+        return runs_separate(others, own)
+
 
 def select_with(
     start: BaselineModel,
@@ -203,7 +212,12 @@ def select_with(
     friction: Friction | None,
     progress: Callable[[str], None] | None,
 ) -> Selected:
-    """Select with early events in the model: outliers, then the form, then effects."""
+    """Select with early events in the model: outliers, then the form, then effects.
+
+    If the effects that were found call for another form, a selection in that form follows. It may
+    lose what the form was chosen beside: an effect that is confounded with the form error there.
+    The effects that were found first are kept if they predict left-out runs better, in that form.
+    """
     plain = with_steps(start, early)
     if early:
         plain.fit(steps=REFIT_STEPS)
@@ -212,21 +226,39 @@ def select_with(
     if friction is None and plain.conditions.runs < runs_least():
         friction = friction_form(plain)  # parts of few runs are merged in the same form
     fitted = finish_baseline(plain, effects, ratio, friction)
-    base = fitted.base
+    first = selected(fitted.base, effects, ratio, fitted.outliers, progress)
+    other = form_beside_effects(fitted, first.stepwise.model, effects, ratio)
+    if other is None:
+        return first
+    again = selected(other, effects, ratio, fitted.outliers, progress)
+    found, found_again = (effects_found(one.selection) for one in (first, again))
+    if [one.name for one in found] == [one.name for one in found_again]:
+        return again
+    kept = replace(first, base=other, stepwise=fit_stepwise(other, found, effects, ratio))
+    return kept if kept.predicts_better(again) else again
+
+
+def selected(
+    base: BaselineModel,
+    effects: Mapping[str, Effect],
+    ratio: float,
+    outliers: int,
+    progress: Callable[[str], None] | None,
+) -> Selected:
+    """Select effects for a fitted baseline model."""
     selection = select_recorded(base, effects, ratio, progress=progress)
-    stepwise = add_found(selection, effects, ratio)
-    other = form_beside_effects(fitted, stepwise.model, effects, ratio)
-    if other is not None:
-        base = other
-        selection = select_recorded(base, effects, ratio, progress=progress)
-        stepwise = add_found(selection, effects, ratio)
-    return Selected(base, selection, stepwise, fitted.outliers)
+    return Selected(base, selection, add_found(selection, effects, ratio), outliers)
+
+
+def effects_found(selection: Selection) -> list[Effect]:
+    """Effects that a selection added to its baseline model."""
+    given = len(selection.began_with.terms)
+    return [term.effect for term in selection.settled[-1].base.terms[given:]]
 
 
 def add_found(selection: Selection, effects: Mapping[str, Effect], ratio: float) -> StepwiseFit:
     """Add the effects of a selection to its initial model, as `fit` does."""
-    base = selection.began_with
-    found = [term.effect for term in selection.settled[-1].base.terms[len(base.terms) :]]
+    base, found = selection.began_with, effects_found(selection)
     begun = selection.begun.get(tuple(effect.name for effect in found))
     models = begun() if begun else ()
     return fit_stepwise(base, found, effects, ratio, selection.first, models=models)
