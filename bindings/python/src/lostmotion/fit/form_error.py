@@ -99,7 +99,7 @@ class FormBasis:
 
     @property
     def radius_Nm(self) -> FloatArray:
-        """Half widths of the operators."""
+        """Half widths of the operators, ``RADII`` of them."""
         return float(np.max(np.abs(self.conditions.torque))) * np.geomspace(*RADIUS_RANGE, RADII)
 
     @cached_property
@@ -140,9 +140,12 @@ class FormBasis:
         return np.asarray(columns[:, seen] / rms[seen])
 
     def shaken(self) -> FloatArray:
-        """Change of Dahl's friction, of unit rms, by what moves the contacts beside the torque."""
+        """Change of Dahl's friction, of unit rms, by what moves the contacts beside the torque.
+
+        One column for every half width; none if only the torque moves the contacts.
+        """
         torque = self.conditions.torque
-        if self.moving is torque:
+        if np.array_equal(self.moving, torque):
             return np.zeros((torque.size, 0))
         steady = self.dahl(torque)
         rms = np.sqrt(np.mean(steady**2, axis=0))
@@ -150,7 +153,10 @@ class FormBasis:
         return np.asarray(np.divide(change, rms, out=np.zeros_like(change), where=rms > 0.0))
 
     def dahl(self, moving: FloatArray) -> FloatArray:
-        """Dahl's friction, ``df = (sgn(dT) - f) |dT| / r`` for every half width."""
+        """Dahl's friction over a torque in N m, from zero in each session, (rows, ``RADII``).
+
+        ``df = (sgn(dT) - f) |dT| / r`` for every half width `r`, so it is between -1 and 1.
+        """
         radius = self.radius_Nm
         out = np.zeros((moving.size, radius.size))
         for at in self.sessions:
