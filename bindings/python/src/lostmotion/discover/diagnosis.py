@@ -196,10 +196,8 @@ class Selected:
 
     def predicts_better(self, other: Selected) -> bool:
         """Whether left-out runs separate these effects from other ones in the same form."""
-        starts = self.base.conditions.starts[:-1]
         own, others = (
-            np.add.reduceat(one.selection.left_out.of(one.stepwise.model) ** 2, starts)
-            for one in (self, other)
+            one.selection.left_out.squares_by_run(one.stepwise.model) for one in (self, other)
         )
         return runs_separate(others, own)
 

@@ -354,13 +354,12 @@ class RecordedModel(GrowingModel):
         self, current: ContestRound, selected: Contender, rivals: Sequence[Result]
     ) -> list[str]:
         """See `GrowingModel`: those whose models predict the left-out runs as well."""
-        starts = self.now.base.conditions.starts[:-1]
         found = [contender for _, contender in self.tried.values() if contender]
         fitted = {one.name: one for one in sorted(found, key=lambda one: one.gain)}
 
         def squares(contender: Contender) -> FloatArray:
             assert contender.settled is not None
-            return np.add.reduceat(self.left_out_residual(contender.settled) ** 2, starts)
+            return self.left_out.squares_by_run(self.in_answer(contender.settled))
 
         return [
             result.name

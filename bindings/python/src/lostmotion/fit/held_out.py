@@ -221,6 +221,10 @@ class LeftOutResiduals:
             self.known[key] = held_out_residual(base)
         return self.known[key]
 
+    def squares_by_run(self, base: BaselineModel) -> FloatArray:
+        """Sum of squares of a model's residual over every run, arc seconds squared."""
+        return np.asarray(np.add.reduceat(self.of(base) ** 2, base.conditions.starts[:-1]))
+
 
 def own_states(base: BaselineModel, pieces: Sequence[slice]) -> list[IntArray]:
     """Places of the start states that belong to a single piece, by piece."""
