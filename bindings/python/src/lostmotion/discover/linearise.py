@@ -44,9 +44,10 @@ SETTLED = 0.5
 STEP_RIDGE = 1e-9
 """Relative ridge of a step's normal matrix, and least room of a parameter that is at its bound."""
 
-SHARES = (1.0, 0.5, 0.25, 0.0)
-"""Fractions of the step of the parameters, tried in order until the misfit falls, because kinks can
-make the whole step overshoot. A step of no fraction moves the deviations alone."""
+DAMPINGS = (STEP_RIDGE, 0.1, 1.0, 10.0, 1e9)
+"""Relative dampings of the step of the parameters (Levenberg, Marquardt), tried in order until the
+misfit falls: kinks make a step overshoot, most of all along the parameters that the recordings
+hardly determine, and these are damped first. The last one moves the deviations alone."""
 
 OWN_SHARES = (1.0, 0.4, 0.0)
 """Fractions of the step of the deviations; each run takes the one with its least misfit.
@@ -135,9 +136,9 @@ def noise_rms(noise: Noise, base: BaselineModel) -> float:
 def settle(base: BaselineModel, noise: Noise, rounds: int = ROUNDS) -> Settled:
     """Optimise baseline model and deviations for data with scatter and coloured noise.
 
-    Penalised Gauss-Newton steps (FOCE, `move`); the model is linearised again at the new point,
-    with new variances, as long as the restricted likelihood increases, and the residual without
-    the form error does not (`rules.WORSE`).
+    Penalised, damped Gauss-Newton steps (FOCE, `move`); the model is linearised again at the new
+    point, with new variances, as long as the restricted likelihood increases, and the residual
+    without the form error does not (`rules.WORSE`).
     """
     current = base.copy()
     current.noise_arcsec = noise_rms(noise, base)
@@ -147,9 +148,8 @@ def settle(base: BaselineModel, noise: Noise, rounds: int = ROUNDS) -> Settled:
     best = contest_at(current, noise, point=point)
     objective = objective_at(misfit, current, residual, best)
     least_rms = misfit.unexplained(current, residual, best)
-    step, own = bounded_step(current, best)
     for _ in range(rounds):
-        found = move(misfit, current, residual, best, step, own)
+        found = move(misfit, current, residual, best)
         if found is None:
             break
         moved, rest, point = found
@@ -162,10 +162,10 @@ def settle(base: BaselineModel, noise: Noise, rounds: int = ROUNDS) -> Settled:
             break
         fall = objective - value
         current, residual, best, objective = moved, rest, contest, value
-        step, own = bounded_step(current, best)
         least_rms = min(least_rms, rms)
         if fall < SETTLED:
             break
+    step, _ = bounded_step(current, best)
     beyond = misfit.by_run(current, residual, best) - linear_misfit(best, step)
     return Settled(current, best, noise, beyond)
 
@@ -197,42 +197,34 @@ def move(
     current: BaselineModel,
     residual: FloatArray,
     contest: Contest,
-    step: FloatArray,
-    own: FloatArray,
 ) -> tuple[BaselineModel, FloatArray, Point] | None:
-    """Move a model by the part of a Gauss-Newton step that lowers its misfit, if any.
+    """Move a model by the least damped step that lowers its misfit, if any (`DAMPINGS`).
 
     A kink may be passed in one run only, so each run takes its own part of its deviations' step.
     Returns the model with its residual and its point.
-
-    Parameters
-    ----------
-    misfit, current, residual, contest
-        The model with its residual and its evidence.
-    step, own : ndarray
-        Its `bounded_step`.
     """
     before = misfit.by_run(current, residual, contest)
 
     def after(
-        share: float, own_shares: FloatArray
+        step: FloatArray, own: FloatArray, own_shares: FloatArray
     ) -> tuple[BaselineModel, FloatArray, Point, FloatArray]:
         moved = current.copy()
-        take_step(moved, contest.evidence.scale, step, own, share, own_shares)
+        take_step(moved, contest.evidence.scale, step, own, own_shares)
         point = moved.at()
         rest = moved.residual(point)
         return moved, rest, point, misfit.by_run(moved, rest, contest)
 
-    for share in SHARES:
+    for damping in DAMPINGS:
+        step, own = bounded_step(current, contest, damping)
         own_shares, least = np.zeros(before.size), np.full(before.size, np.inf)
         for trial in OWN_SHARES:
-            moved, rest, point, by_run = after(share, np.full(before.size, trial))
+            moved, rest, point, by_run = after(step, own, np.full(before.size, trial))
             own_shares[by_run < least] = trial
             least = np.minimum(least, by_run)
             if np.all(least <= before):
                 break
         if np.any(own_shares != trial):
-            moved, rest, point, by_run = after(share, own_shares)
+            moved, rest, point, by_run = after(step, own, own_shares)
         if float(by_run.sum()) < before.sum():
             return moved, rest, point
     return None
@@ -325,13 +317,15 @@ def form_part(base: BaselineModel, contest: Contest) -> FloatArray:
     return np.asarray(columns @ step[-columns.shape[1] :])
 
 
-def bounded_step(base: BaselineModel, contest: Contest) -> tuple[FloatArray, FloatArray]:
-    """Gauss-Newton step within the bounds of the baseline model, and its deviations."""
+def bounded_step(
+    base: BaselineModel, contest: Contest, damping: float = STEP_RIDGE
+) -> tuple[FloatArray, FloatArray]:
+    """Damped Gauss-Newton step within the bounds of the baseline model, and its deviations."""
     evidence = contest.evidence
     index = evidence.index()
     matrix = contest.null.total
     normal = matrix[:-1, :-1] + np.diag(evidence.ridge(index))
-    normal[np.diag_indices_from(normal)] *= 1.0 + STEP_RIDGE
+    normal[np.diag_indices_from(normal)] *= 1.0 + damping
     x, low, high = base.vector()
     scale = evidence.scale[: x.size]
     widen = WIDEN_MAX * evidence.scale[x.size]
@@ -353,7 +347,6 @@ def take_step(
     scale: FloatArray,
     delta: FloatArray,
     own: FloatArray,
-    share: float = 1.0,
     own_shares: FloatArray | float = 1.0,
 ) -> None:
     """Move the baseline by a Gauss-Newton step and every run towards its predicted deviations.
@@ -365,21 +358,19 @@ def take_step(
         Of the columns.
     delta, own : ndarray
         Step of the fixed columns, and deviations, scaled.
-    share : float
-        Fraction of the step for the parameters.
     own_shares : float or ndarray
-        The same for the deviations, of all runs or of each.
+        Fraction of the step of the deviations, of all runs or of each.
     """
     blocks = base.blocks()
     x, low, high = base.vector(blocks)
     step = delta / scale[: delta.size]
-    base.set_vector(moved_within(x, share * step[: x.size], low, high), blocks)
+    base.set_vector(moved_within(x, step[: x.size], low, high), blocks)
     own = own / scale[delta.size : delta.size + own.shape[1]]
     wider = float(np.clip(step[x.size], -WIDEN_MAX, WIDEN_MAX))
     if base.widens:
-        base.hysteresis.radius_Nm = base.hysteresis.radius_Nm * np.exp(share * wider)
+        base.hysteresis.radius_Nm = base.hysteresis.radius_Nm * np.exp(wider)
     else:
-        own[:, 1] += share * wider
+        own[:, 1] += wider
     limit = np.array([DEVIATION_MAX, DEVIATION_MAX, np.inf])
     part = np.reshape(own_shares, (-1, 1))
     moved = base.deviations + part * (own[:, : len(DEVIATIONS)] - base.deviations)
