@@ -113,7 +113,7 @@ def estimate_form_error(
     """Form error: standard deviation of its coefficients by REML, and its directions.
 
     Like the noise, it is estimated together with the largest model, so that it does not include
-    what a named effect explains. Only directions that the recordings support are kept.
+    what a named effect explains. Only directions that raise the likelihood are kept.
 
     Parameters
     ----------
@@ -174,7 +174,11 @@ def lowest_of_parabola(values: Sequence[float]) -> float:
 def form_directions(
     evidence: Evidence, omega: FloatArray, scale: FloatArray, sd: float
 ) -> FloatArray:
-    """Directions of the form error that the recordings support, strongest first."""
+    """Directions of the form error that raise the likelihood, strongest first.
+
+    However little each of them raises it: what a covariance leaves out is credited to an effect
+    that resembles it, and many weak directions are together as large as a strong one.
+    """
     index = evidence.index()
     total = reduced_total(evidence, index, omega)
     first = index.size - 1 - scale.size
@@ -186,7 +190,7 @@ def form_directions(
     value, vector = np.linalg.eigh(0.5 * (information + information.T))
     value = np.maximum(value, 0.0)
     gain = 0.5 * ((slope @ vector) ** 2 / (value + sd**-2.0) - np.log1p(value * sd**2))
-    kept = [place for place in np.argsort(-gain)[:RANK_MOST] if gain[place] >= rules.GAIN_LEAST]
+    kept = [place for place in np.argsort(-gain)[:RANK_MOST] if gain[place] > 0.0]
     return np.asarray(vector[:, kept])
 
 
