@@ -238,6 +238,7 @@ def test_the_sdist_holds_the_library_and_the_wheel_the_package(built: Built) -> 
     assert "Requires-Python: >=3.10" in metadata
 
 
+@only_before_a_release
 def test_the_wheel_runs_on_another_python(built: Built, tmp_path: Path) -> None:
     # --- for any Linux: a system's NLopt goes into the wheel, and auditors look at it
     wheel = repair(built.wheel, tmp_path / "repaired")
@@ -290,6 +291,7 @@ def test_a_release_wheel_carries_nlopt_without_its_part_under_the_lgpl(built: Bu
     assert all(name in record for name in inside)
 
 
+@only_before_a_release
 def test_a_wheel_linked_with_a_systems_nlopt_names_it(built: Built, tmp_path: Path) -> None:
     if built.nlopt is None:
         pytest.skip("no source of NLopt: the wheel of a release is linked with the system's")
