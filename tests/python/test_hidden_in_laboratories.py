@@ -59,7 +59,8 @@ def test_what_explains_another_part_is_no_rival(tmp_path: Path) -> None:
     campaign = read_campaign(sorted(tmp_path.glob("*.csv.gz")), ratio=drive.ratio)
     found = diagnose(drive, campaign)
     assert found.verdict == "missing-effect"
-    assert set(found.effects) == {"rate_dependent_friction", "thermal_stiffness"}
+    assert {"thermal_stiffness"} <= set(found.effects)
+    assert set(found.effects) <= {"rate_dependent_friction", "thermal_stiffness"}
 
 
 def test_an_effect_is_kept_in_the_form_that_is_chosen_beside_it(tmp_path: Path) -> None:
@@ -73,3 +74,21 @@ def test_an_effect_is_kept_in_the_form_that_is_chosen_beside_it(tmp_path: Path) 
     fitted = fit_model(drive, campaign, "creep")
     share, told = (one.params["creep.share"] for one in (fitted, found))
     assert told.value == pytest.approx(share.value)
+
+
+def test_a_step_that_overshoots_the_kinks_is_damped(tmp_path: Path) -> None:
+    """Files that begin in unknown states: no part of the undamped step lowers the misfit."""
+    truth = Laboratory(109, "dead_zone", "strangers").write(tmp_path, "stiffness_modulation", 2.0)
+    drive = read_drive(tmp_path / "drive.toml")
+    campaign = read_campaign(sorted(tmp_path.glob("*.csv.gz")), ratio=drive.ratio)
+    found = diagnose(drive, campaign)
+    assert (found.verdict, found.effects) == ("missing-effect", ["stiffness_modulation"])
+    assert found.ladder[-1]["rms_arcsec"] < 1.2 * truth["noise_arcsec_rms"]
+
+
+def test_an_effect_is_not_kept_beside_the_one_that_it_imitated(tmp_path: Path) -> None:
+    """In one of the forms creep is selected second, after a lag that explains a part of it."""
+    Laboratory(111, "lugre", "60 runs").write(tmp_path, "creep", 2.0)
+    drive = read_drive(tmp_path / "drive.toml")
+    campaign = read_campaign(sorted(tmp_path.glob("*.csv.gz")), ratio=drive.ratio)
+    assert diagnose(drive, campaign).effects == ["creep"]

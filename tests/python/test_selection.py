@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import dataclasses
 import os
 import subprocess
 import sys
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -23,10 +24,11 @@ from lostmotion.discover.choice import (
     replace_form,
     simplest,
 )
+from lostmotion.discover.gates import accepted
 from lostmotion.discover.growing_model import Lead
 from lostmotion.discover.linearise import Settled, plain_rms, settle
 from lostmotion.discover.measurement_noise import estimate_noise
-from lostmotion.discover.recorded_model import RecordedModel, fall_of_error, without_idle
+from lostmotion.discover.recorded_model import RecordedModel, fall_of_error
 from lostmotion.discover.refits import refit, refitted, without_deviations
 from lostmotion.discover.selection import drop_others
 from lostmotion.discover.shortlist import strongest
@@ -70,15 +72,13 @@ def test_an_offset_is_no_larger_than_what_it_explains(monkeypatch):
 def test_a_shape_that_beats_an_effect_of_the_form_hides_no_better_effect(warm_gap):
     step = warm_gap.selection.steps[0]
     right = step.selected
-    own = dataclasses.replace(right.candidate, name="like a form", of_form=True)
-    form = dataclasses.replace(
-        right, candidate=own, result=dataclasses.replace(right.result, name=own.name), gain=5.0
-    )
-    plain = dataclasses.replace(own, name="a shape", named=False, of_form=False)
-    shape = dataclasses.replace(
+    own = replace(right.candidate, name="like a form", of_form=True)
+    form = replace(right, candidate=own, result=replace(right.result, name=own.name), gain=5.0)
+    plain = replace(own, name="a shape", named=False, of_form=False)
+    shape = replace(
         form,
         candidate=plain,
-        result=dataclasses.replace(right.result, name=plain.name),
+        result=replace(right.result, name=plain.name),
         gain=0.99 * right.gain,
     )
     step.round.candidates[own.name] = own
@@ -92,19 +92,15 @@ def test_a_shape_that_beats_an_effect_of_the_form_hides_no_better_effect(warm_ga
         assert best([form, right]) is form
         assert best([]) is None
         # One that was found without form error as well is compared with it, and with no other.
-        fitted = dataclasses.replace(form, candidate=right.candidate, result=right.result, gain=9.0)
+        fitted = replace(form, candidate=right.candidate, result=right.result, gain=9.0)
         fitted.formless = fitted.settled
-        other = dataclasses.replace(
-            right, result=dataclasses.replace(right.result, name="another"), gain=50.0
-        )
+        other = replace(right, result=replace(right.result, name="another"), gain=50.0)
         assert best([form, fitted, other]) is fitted
         assert best([fitted, other]) is other
         # Another law of friction is compared with it.
-        law = dataclasses.replace(own, name="a law", of_form=False, effect=library()["creep"])
+        law = replace(own, name="a law", of_form=False, effect=library()["creep"])
         step.round.candidates[law.name] = law
-        friction = dataclasses.replace(
-            form, result=dataclasses.replace(right.result, name=law.name), gain=9.0
-        )
+        friction = replace(form, result=replace(right.result, name=law.name), gain=9.0)
         assert best([form, friction, right]) is friction
     finally:
         del step.round.candidates[own.name]
@@ -196,7 +192,7 @@ def test_a_shape_of_larger_gain_by_tangents_hides_no_effect(warm_gap):
         for named in (False, True)
     )
     leads = [
-        Lead(first.round, dataclasses.replace(result, gain=gain), None)
+        Lead(first.round, replace(result, gain=gain), None)
         for result, gain in ((one, 1e4), (other, 10.0))
     ]
     assert [lead.name for lead in strongest(leads)] == [other.name, one.name]
@@ -207,7 +203,7 @@ def test_a_lead_that_does_not_pass_hides_no_weaker_one(warm_gap, monkeypatch):
     one is."""
     first = warm_gap.selection.steps[0]
     found = {result.name: result for result in first.results}
-    blurred = dataclasses.replace(found["kinematic_error"], gain=1e4)
+    blurred = replace(found["kinematic_error"], gain=1e4)
     leads = [
         Lead(first.round, one, first.round.size_of(one)) for one in (blurred, found["thermal_gap"])
     ]
@@ -273,7 +269,7 @@ def test_a_worse_explanation_is_no_larger_than_the_best_one(warm_gap):
     assert not explained_by_less(model, worse, [best, worse])
     best.passes = False
     assert explained_by_less(model, worse, [best, worse])
-    assert not explained_by_less(model, worse, [dataclasses.replace(best, explains=False), worse])
+    assert not explained_by_less(model, worse, [replace(best, explains=False), worse])
     # One that explains something else keeps its gain.
     worse.passes, worse.gain = False, 2.0 * best.gain
     assert not explained_by_less(model, best, [best, worse])
@@ -315,16 +311,36 @@ def test_wear_is_named_though_left_out_runs_scatter_by_more_than_it_gains(tmp_pa
 
 def test_an_effect_that_explains_nothing_more_is_dropped(warm_gap):
     """Beside the true gap an effect without any share in the data is not kept."""
-    settled = warm_gap.selection.settled[-1]
+    newest, settled = warm_gap.selection.steps[0].selected, warm_gap.selection.settled[-1]
     base = settled.base.copy()
     offset = library()["torque_offset"]
     base.terms.insert(0, Term(offset, offset.typical * 0.0, [0]))
     both = refitted(base, settled.noise)
-    counts = {"torque_offset": 20, "thermal_gap": 60}
-    kept = without_idle(both, 0, counts)
-    assert [term.effect.name for term in kept.base.terms] == ["thermal_gap"]
-    given = without_idle(both, 1, counts)
-    assert [term.effect.name for term in given.base.terms] == ["torque_offset", "thermal_gap"]
+    alone = both.base.copy()
+    del alone.terms[1]
+    model = SimpleNamespace(
+        now=replace(both, base=alone), counts={"torque_offset": 20}, replaced=set()
+    )
+    model.to_drop = partial(RecordedModel.to_drop, model)
+    for given, names in ((0, ["thermal_gap"]), (1, ["torque_offset", "thermal_gap"])):
+        model.given_terms = given
+        kept = RecordedModel.without_idle(model, replace(newest, settled=both))
+        assert [term.effect.name for term in kept.base.terms] == names
+
+
+def test_an_effect_that_explained_what_the_newest_does_is_dropped_once(warm_gap):
+    newest = warm_gap.selection.steps[0].selected
+    found = newest.tested
+    assert accepted(found, 1)
+    model = SimpleNamespace(replaced=set())
+    shape = replace(newest, candidate=replace(newest.candidate, named=False))
+    drop = partial(RecordedModel.to_drop, model, "creep", newest, 1)
+    most, least = (replace(found, gain=share * found.gain) for share in (0.6, 0.4))
+    assert [drop(found, most), drop(found, least), drop(found, least)] == [False, True, False]
+    assert model.replaced == {"creep"}
+    assert not RecordedModel.to_drop(model, "wear", shape, 1, found, least)
+    assert drop(found, replace(least, p=1.0))  # not significant any more
+    assert drop(found, None)
 
 
 def test_what_the_runs_took_up_of_an_effect_counts_as_its_size():

@@ -93,6 +93,7 @@ class EvidenceModel(GrowingModel):
         self.given = dict(body.about["given_arcsec"])
         self.taken: list[Contender] = []
         self.trail: list[list[Contender]] = [[]]
+        self.replaced = set()
 
     def round_with(self, taken: Sequence[Contender]) -> EvidenceRound:
         """A round at a model with some candidates in it."""
@@ -148,8 +149,9 @@ class EvidenceModel(GrowingModel):
         """See `GrowingModel`."""
         for one in reversed([c for c in self.taken if c.candidate.named]):
             others = [c for c in self.taken if c is not one]
-            beside = self.beside_all(one, [*others, contender])
-            if beside is None or not accepted(beside, corrected_for(current, one.candidate)):
+            before, beside = (self.beside_all(one, all_) for all_ in (others, [*others, contender]))
+            count = corrected_for(current, one.candidate)
+            if self.to_drop(one.name, contender, count, before, beside):
                 self.taken = others
         self.taken = [*self.taken, contender]
         self.trail.append(self.taken)

@@ -14,6 +14,7 @@ from lostmotion import rules
 from lostmotion.arrays import FloatArray
 from lostmotion.candidates.candidate import Candidate
 from lostmotion.discover.contest_round import ContestRound
+from lostmotion.discover.gates import accepted
 from lostmotion.discover.linearise import Settled
 from lostmotion.evidence.contest import Result
 
@@ -70,8 +71,13 @@ class Contender:
         return self.result.name
 
     def matched_by(self, result: Result) -> bool:
-        """Whether a result has enough of the gain to explain the same (`rules.RIVAL_SHARE`)."""
-        return result.gain >= rules.RIVAL_SHARE * self.gain
+        """Whether a result has enough of the gain to explain the same."""
+        return matched(result.gain, self.gain)
+
+
+def matched(gain: float, other: float) -> bool:
+    """Whether a gain is large enough to be that of an explanation with the `other` gain."""
+    return gain >= rules.RIVAL_SHARE * other
 
 
 class GrowingModel(ABC):
@@ -84,11 +90,14 @@ class GrowingModel(ABC):
         Noise within runs, arc seconds.
     given : dict
         Initial effects of the model, with their sizes in arc seconds.
+    replaced : set of str
+        Effects that were dropped for one that explains better what they did.
     """
 
     runs: int
     within: float
     given: dict[str, float]
+    replaced: set[str]
 
     @abstractmethod
     def compete(self) -> tuple[ContestRound, list[Result]]:
@@ -129,6 +138,32 @@ class GrowingModel(ABC):
         """Whether a candidate keeps enough of its gain with another in the model."""
         beside = self.beside(contender, other)
         return beside is not None and contender.matched_by(beside)
+
+    def to_drop(
+        self, name: str, newest: Contender, count: int, before: Result | None, beside: Result | None
+    ) -> bool:
+        """Whether an effect of the model is dropped for the newest candidate.
+
+        It is if it no longer passes its tests, or if it keeps less than `rules.RIVAL_SHARE` of the
+        gain that it had before: then it explained, for the most part, what the newest explains. It
+        competes in the next round for what it still explains, as all others do, and is dropped
+        for this reason at most once, and not for a shape, which has no name.
+
+        Parameters
+        ----------
+        count : int
+            Number of tests for which it is corrected.
+        before, beside : Result or None
+            Of its tests without and with the newest in the model; None if they are not finite.
+        """
+        if beside is None or not accepted(beside, count):
+            return True
+        if before is None or matched(beside.gain, before.gain):
+            return False
+        if name in self.replaced or not newest.candidate.named:
+            return False
+        self.replaced.add(name)
+        return True
 
     @abstractmethod
     def take(self, contender: Contender, current: ContestRound) -> None:

@@ -154,6 +154,7 @@ class RecordedModel(GrowingModel):
         self.beating: dict[int, tuple[Settled, bool]] = {}
         self.formless: RecordedRound | None = None
         self.taking: set[str] = set()
+        self.replaced = set()
         first = self.settled[0].base
         self.given = {
             term.effect.name: term_size(first, place)
@@ -332,8 +333,25 @@ class RecordedModel(GrowingModel):
         """See `GrowingModel`; effects of the drive file are kept."""
         assert contender.settled is not None
         self.counts[contender.name] = corrected_for(current, contender.candidate)
-        self.settled.append(without_idle(contender.settled, self.given_terms, self.counts))
+        self.settled.append(self.without_idle(contender))
         self.begin_fits([term.effect for term in self.now.base.terms[self.given_terms :]])
+
+    def without_idle(self, newest: Contender) -> Settled:
+        """The model with the newest candidate, without the effects that are dropped (`to_drop`).
+
+        Effects given with the baseline model are kept. Each of the others is corrected for as many
+        tests as when it was selected.
+        """
+        settled = newest.settled
+        assert settled is not None
+        for place in range(len(settled.base.terms) - 2, self.given_terms - 1, -1):
+            name = settled.base.terms[place].effect.name
+            before, beside = term_tested(self.now, place), term_tested(settled, place)
+            if self.to_drop(name, newest, self.counts[name], before, beside):
+                base = settled.base.copy()
+                del base.terms[place]
+                settled = refitted(base, settled.noise)
+        return settled
 
     def begin_fits(self, found: Sequence[Effect]) -> Callable[[], list[BaselineModel]]:
         """Begin to fit effects to all runs together, while the next are looked for."""
@@ -469,19 +487,3 @@ def fall_of_error(now: Settled, with_effect: Settled) -> float:
     before = now.alike
     after = without_deviations(with_effect.base, before, with_effect.alike)
     return float(np.sqrt(max(0.0, plain_rms(before) ** 2 - plain_rms(after) ** 2)))
-
-
-def without_idle(settled: Settled, given: int, counts: Mapping[str, int]) -> Settled:
-    """Drop the effects that no longer pass the tests with the newest in the model.
-
-    Effects `given` with the baseline model are kept. Each of the others is corrected for as many
-    tests (`counts`) as when it was selected.
-    """
-    for place in range(len(settled.base.terms) - 2, given - 1, -1):
-        count = counts[settled.base.terms[place].effect.name]
-        tested = term_tested(settled, place)
-        if tested is None or not accepted(tested, count):
-            base = settled.base.copy()
-            del base.terms[place]
-            settled = refitted(base, settled.noise)
-    return settled

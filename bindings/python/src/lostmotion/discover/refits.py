@@ -7,13 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from lostmotion import rules
 from lostmotion.candidates import shapes as shape_room
 from lostmotion.candidates.candidate import LOAD_NEEDS, Candidate
 from lostmotion.candidates.forms import form_of
 from lostmotion.discover.contest_round import ContestRound, RecordedRound, make_round
 from lostmotion.discover.gates import judge, leading
-from lostmotion.discover.growing_model import Contender
+from lostmotion.discover.growing_model import Contender, matched
 from lostmotion.discover.linearise import (
     REFIT_STEPS,
     Settled,
@@ -122,7 +121,7 @@ def refit(current: RecordedRound, result: Result) -> Contender | None:
     The candidate begins without a size: the fit cannot lose what the present model explains, and
     its first step is that of the contest. Least squares go further, but do not know the form error
     nor the noise: they come first only if the present model has no deviations of its runs, if the
-    first fit keeps too little of the gain in the contest (`rules.RIVAL_SHARE`), or if that gain
+    first fit keeps too little of the gain in the contest (`matched`), or if that gain
     says nothing (`shifts_load`).
 
     Returns
@@ -134,7 +133,7 @@ def refit(current: RecordedRound, result: Result) -> Contender | None:
     first = None
     if np.any(current.settled.base.deviations):
         first = refit_by(settle, current, result)
-        enough = first is not None and first.gain >= rules.RIVAL_SHARE * result.gain
+        enough = first is not None and matched(first.gain, result.gain)
         if enough and (effect is None or not shifts_load(effect)):
             return first
     second = refit_by(refitted, current, result)
