@@ -87,8 +87,8 @@ def test_a_step_that_overshoots_the_kinks_is_damped(tmp_path: Path) -> None:
 
 
 def test_an_effect_is_not_kept_beside_the_one_that_it_imitated(tmp_path: Path) -> None:
-    """In one of the forms creep is selected second, after a lag that explains a part of it."""
+    """With operators inside creep is selected second, after a lag that explains a part of it."""
     Laboratory(111, "lugre", "60 runs").write(tmp_path, "creep", 2.0)
     drive = read_drive(tmp_path / "drive.toml")
     campaign = read_campaign(sorted(tmp_path.glob("*.csv.gz")), ratio=drive.ratio)
-    assert diagnose(drive, campaign).effects == ["creep"]
+    assert diagnose(drive, campaign, friction="inside").effects == ["creep"]

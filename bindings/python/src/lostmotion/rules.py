@@ -62,7 +62,8 @@ of a wrong one, and tests/python/test_merged_evidence.py has two right effects i
 RIVAL_SHARE = 0.5
 """Two effects can be confounded only if the weaker one gains this share of the stronger one. A
 candidate with less is not refitted. A refit that keeps less of the gain in the contest is not the
-same optimum, and is repeated from another start.
+same optimum, and is repeated from another start. An effect that keeps less beside a newer one
+explained what that does.
 
 Chosen: half.
 """
