@@ -52,15 +52,24 @@ def test_friction_that_falls_with_the_speed_of_sliding_is_no_lag_of_the_sensor(
     assert abs(speed.value - lab.drive.stribeck_rad_per_s) < 3.0 * speed.error
 
 
-def test_what_explains_another_part_is_no_rival(tmp_path: Path) -> None:
-    """Eight runs do not separate the predictions of an effect and of the friction."""
-    Laboratory(49, "lugre", "8 runs").write(tmp_path, "thermal_stiffness", 2.0)
+@pytest.mark.parametrize(
+    ("seed", "protocol", "effects"),
+    [
+        (31, "bench", {"rate_dependent_friction", "thermal_stiffness"}),
+        # Eight runs do not separate the predictions of an effect and of the friction.
+        (49, "8 runs", {"thermal_stiffness"}),
+    ],
+)
+def test_what_explains_another_part_is_no_rival(
+    seed: int, protocol: str, effects: set[str], tmp_path: Path
+) -> None:
+    """LuGre, whose friction falls with the speed of sliding, beside a hidden effect."""
+    Laboratory(seed, "lugre", protocol).write(tmp_path, "thermal_stiffness", 2.0)
     drive = read_drive(tmp_path / "drive.toml")
     campaign = read_campaign(sorted(tmp_path.glob("*.csv.gz")), ratio=drive.ratio)
     found = diagnose(drive, campaign)
     assert found.verdict == "missing-effect"
-    assert {"thermal_stiffness"} <= set(found.effects)
-    assert set(found.effects) <= {"rate_dependent_friction", "thermal_stiffness"}
+    assert set(found.effects) == effects
 
 
 def test_an_effect_is_kept_in_the_form_that_is_chosen_beside_it(tmp_path: Path) -> None:
