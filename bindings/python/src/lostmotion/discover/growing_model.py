@@ -146,8 +146,9 @@ class GrowingModel(ABC):
 
         It is if it no longer passes its tests, or if it keeps less than `rules.RIVAL_SHARE` of the
         gain that it had before: then it explained, for the most part, what the newest explains. It
-        competes in the next round for what it still explains, as all others do, and is dropped
-        for this reason at most once, and not for a shape, which has no name.
+        competes in the next round for what it still explains, as all others do. It is dropped for
+        this reason at most once (noted in `replaced`), so that the selection ends, and not for a
+        shape, which has no name.
 
         Parameters
         ----------

@@ -44,10 +44,11 @@ SETTLED = 0.5
 STEP_RIDGE = 1e-9
 """Relative ridge of a step's normal matrix, and least room of a parameter that is at its bound."""
 
-DAMPINGS = (STEP_RIDGE, 0.1, 1.0, 10.0, 1e9)
-"""Relative dampings of the step of the parameters (Levenberg, Marquardt), tried in order until the
-misfit falls: kinks make a step overshoot, most of all along the parameters that the recordings
-hardly determine, and these are damped first. The last one moves the deviations alone."""
+DAMPINGS = (STEP_RIDGE, 0.1, 1.0, 10.0, 1.0 / STEP_RIDGE)
+"""Relative dampings of the step of the parameters, tried in order until the misfit falls: kinks
+make a step overshoot, most of all along the parameters that the recordings hardly determine, and
+these are damped first. Tenfold from one to the next, as by Marquardt (Journal of SIAM 11, 1963),
+about the one at which the damping equals the evidence. The last one moves the deviations alone."""
 
 OWN_SHARES = (1.0, 0.4, 0.0)
 """Fractions of the step of the deviations; each run takes the one with its least misfit.
@@ -202,6 +203,15 @@ def move(
 
     A kink may be passed in one run only, so each run takes its own part of its deviations' step.
     Returns the model with its residual and its point.
+
+    Parameters
+    ----------
+    misfit : Misfit
+    current : BaselineModel
+    residual : ndarray
+        Of the model, arc seconds, (rows,).
+    contest : Contest
+        Its evidence, linearised at its deviations.
     """
     before = misfit.by_run(current, residual, contest)
 
@@ -320,7 +330,10 @@ def form_part(base: BaselineModel, contest: Contest) -> FloatArray:
 def bounded_step(
     base: BaselineModel, contest: Contest, damping: float = STEP_RIDGE
 ) -> tuple[FloatArray, FloatArray]:
-    """Damped Gauss-Newton step within the bounds of the baseline model, and its deviations."""
+    """Gauss-Newton step within the bounds of the baseline model, and its deviations, scaled.
+
+    The `damping` is relative to the diagonal of the normal matrix.
+    """
     evidence = contest.evidence
     index = evidence.index()
     matrix = contest.null.total
